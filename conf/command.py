@@ -1,0 +1,125 @@
+"""From the command line to a checked configuration; a user's mistake becomes one sentence and exit code 2."""
+
+import difflib
+import functools
+import os
+import re
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import hydra
+import torch
+from hydra.core.hydra_config import HydraConfig
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from diffnav.errors import UserError
+
+CONF = Path(__file__).parent
+
+
+def command(name: str) -> Callable[[Callable[[DictConfig], Any]], Callable[[], None]]:
+    """Make `main(cfg)` a command that is configured by conf/NAME.yaml and `key=value` arguments.
+
+    Unknown settings fail. UserError, Hydra's own complaints and Ctrl-C end with one sentence on standard error.
+    """
+
+    def decorate(main: Callable[[DictConfig], Any]) -> Callable[[], None]:
+        @functools.wraps(main)
+        def job(cfg: DictConfig) -> Any:
+            try:
+                return main(cfg)
+            except Exception as error:
+                # Hydra's own handling of a job's exception prints more than the sentence.
+                _leave(error)
+
+        hydra_main = hydra.main(version_base="1.3", config_path=str(CONF), config_name=name)(job)
+
+        def run() -> None:
+            # Otherwise Hydra catches configuration errors itself and prints a hint at this very variable.
+            os.environ["HYDRA_FULL_ERROR"] = "1"
+            try:
+                hydra_main()
+            except KeyboardInterrupt:
+                sys.exit("interrupted")
+            except Exception as error:
+                _leave(error)
+
+        return run
+
+    return decorate
+
+
+def plain(cfg: DictConfig) -> dict[str, Any]:
+    """The resolved configuration as plain nested values."""
+    return OmegaConf.to_container(cfg, resolve=True, throw_on_missing=True)  # type: ignore[return-value]
+
+
+def pick_device(name: str) -> torch.device:
+    """The device that `device=auto|cpu|cuda` means. Raises: UserError."""
+    if name not in ("auto", "cpu", "cuda"):
+        raise UserError(f"device must be auto, cpu or cuda, got {name!r}")
+    if name == "cuda" and not torch.cuda.is_available():
+        raise UserError("device=cuda, but torch sees no CUDA device here; use device=cpu or install a CUDA build of torch")
+    return torch.device("cuda" if name != "cpu" and torch.cuda.is_available() else "cpu")
+
+
+def choices(group: str) -> list[str]:
+    """The names that exist in a group of configurations."""
+    return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
+
+
+def choice(group: str, name: str, overrides: DictConfig | None = None) -> DictConfig:
+    """conf/GROUP/NAME.yaml, with overrides of settings that it has. Raises: UserError, listing what exists."""
+    if name not in choices(group):
+        raise UserError(f"unknown {group} {name!r}; there are {', '.join(choices(group))}")
+    cfg = OmegaConf.load(CONF / group / f"{name}.yaml")
+    OmegaConf.set_struct(cfg, True)
+    return OmegaConf.merge(cfg, overrides or {})  # type: ignore[return-value]
+
+
+def _leave(error: Exception) -> None:
+    """Print one sentence and exit, or let a programming error through with its traceback."""
+    cause: BaseException | None = error
+    while cause is not None:
+        if isinstance(cause, UserError):
+            print(f"error: {cause}", file=sys.stderr)
+            sys.exit(2)
+        cause = cause.__cause__ or cause.__context__
+    if isinstance(error, (HydraException, OmegaConfBaseException)):
+        print(f"error: {_sentence(error)}", file=sys.stderr)
+        sys.exit(2)
+    raise error
+
+
+def _sentence(error: Exception) -> str:
+    """Hydra's complaint in one sentence, with the nearest existing setting."""
+    text = str(error)
+    unknown = re.search(r"Could not override '([^']+)'", text) or re.search(r"Key '([^']+)' is not in struct", text)
+    if unknown:
+        key = unknown.group(1)
+        near = difflib.get_close_matches(key, _known_settings(), 1)
+        hint = f"; did you mean {near[0]}?" if near else "; --cfg job shows the settings that exist"
+        return f"there is no setting {key}{hint}"
+    missing = re.search(r"Could not find '([^']+)'\s+Available options in '([^']+)':\s+(.*)", text, re.S)
+    if missing:
+        wanted, group, names = missing.groups()
+        return f"unknown {wanted.replace('/', '=')}; {group} can be {', '.join(names.split())}"
+    mandatory = re.search(r"Missing mandatory value: (\S+)", text)
+    if mandatory:
+        return f"the setting {mandatory.group(1)} is missing: add {mandatory.group(1)}=..."
+    line = " ".join(text.split("\n")[0].split())
+    if "parsing" in type(error).__name__.lower() or "OverrideParse" in type(error).__name__:
+        return f"{line}; quote a value with spaces, commas or = twice: 'key=\"a b, c=d\"'"
+    return line
+
+
+def _known_settings() -> list[str]:
+    if not HydraConfig.initialized():
+        names = {m.group(1) for path in CONF.rglob("*.yaml") for m in re.finditer(r"^\s*(\w+):", path.read_text(), re.M)}
+        groups = {path.parent.relative_to(CONF).as_posix() for path in CONF.rglob("*/*.yaml")}
+        return sorted(names | groups | {f"{g}.{n}" for g in groups for n in names})
+    return []

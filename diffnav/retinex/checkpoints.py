@@ -1,0 +1,90 @@
+"""Enhancers on disk: weights files, the ones that ship, and `load_enhancer`."""
+
+import hashlib
+import os
+from importlib import resources
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from diffnav.errors import UserError
+from diffnav.retinex.enhancer import DirectEnhancer, Enhancer, RetinexEnhancer
+
+KINDS: dict[str, type[Enhancer]] = {"retinex": RetinexEnhancer, "direct": DirectEnhancer}
+
+
+def save_enhancer(path: Path, enhancer: Enhancer, stage: str, provenance: dict[str, Any]) -> None:
+    """Write weights, the settings that rebuild the network, and where they come from; whole or not at all.
+
+    `stage` is decom, enhance, joint or direct; `provenance` holds plain values (command, commit, step, ...).
+    """
+    kind = next(name for name, cls in KINDS.items() if type(enhancer) is cls)
+    weights = {name: tensor.detach().cpu() for name, tensor in enhancer.state_dict().items()}
+    content = {
+        "kind": kind, "settings": enhancer.settings, "stage": stage, "weights": weights, "provenance": provenance,
+    }  # fmt: skip
+    aside = path.with_name(f".{path.name}.part")
+    torch.save(content, aside)
+    os.replace(aside, path)
+
+
+def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") -> Enhancer:
+    """A trained enhancer in evaluation mode: `(B, 3, H, W)` RGB in [0, 1] -> the same, on `device`.
+
+    `checkpoint` is the name of one that ships (`shipped_checkpoints()`), a weights file, or a run's folder.
+
+    Raises: UserError if there is no such checkpoint, or it holds a Decom-Net alone.
+    """
+    content = read_checkpoint(checkpoint)
+    if content["stage"] == "decom":
+        raise UserError(
+            f"checkpoint {checkpoint} holds a Decom-Net alone: train its Enhance-Net first "
+            f"(python -m train.enhance init={checkpoint})"
+        )
+    return build_enhancer(content).to(device).eval()
+
+
+def build_enhancer(content: dict[str, Any]) -> Enhancer:
+    """The network of a checkpoint's content, with its weights."""
+    enhancer = KINDS[content["kind"]](**content["settings"])
+    enhancer.load_state_dict(content["weights"], strict=True)
+    return enhancer
+
+
+def read_checkpoint(checkpoint: str | Path) -> dict[str, Any]:
+    """The content of a checkpoint: kind, settings, stage, weights, provenance. Raises: UserError."""
+    path = find_checkpoint(checkpoint)
+    try:
+        content = torch.load(path, map_location="cpu", weights_only=True)
+    except Exception as error:  # torch raises a different type for each way a file can be damaged
+        raise UserError(f"{path}: not a checkpoint that can be read ({str(error).splitlines()[0]})") from None
+    if not isinstance(content, dict) or not {"kind", "settings", "stage", "weights"} <= content.keys():
+        raise UserError(f"{path}: not a checkpoint of diffnav; give one written by train.enhance")
+    if content["kind"] not in KINDS:
+        raise UserError(f"{path}: holds a network of unknown kind {content['kind']!r}; update diffnav")
+    return content
+
+
+def find_checkpoint(checkpoint: str | Path) -> Path:
+    """The weights file that a name, file or run folder stands for. Raises: UserError, listing those that ship."""
+    shipped = shipped_checkpoints()
+    if str(checkpoint) in shipped:
+        return shipped[str(checkpoint)]
+    path = Path(checkpoint).expanduser()
+    for candidate in (path, path / "best.pt", path / "last.pt"):
+        if candidate.is_file():
+            return candidate
+    names = ", ".join(shipped) or "none"
+    raise UserError(f"no checkpoint {checkpoint}: give a weights file, a run's folder, or one that ships ({names})")
+
+
+def shipped_checkpoints() -> dict[str, Path]:
+    """Name -> weights file of the checkpoints inside the package."""
+    folder = Path(str(resources.files("diffnav.retinex") / "weights"))
+    return {path.stem: path for path in sorted(folder.glob("*.pt"))}
+
+
+def checkpoint_sha256(checkpoint: str | Path) -> str:
+    """The SHA-256 of a checkpoint's file, in hexadecimal."""
+    return hashlib.sha256(find_checkpoint(checkpoint).read_bytes()).hexdigest()

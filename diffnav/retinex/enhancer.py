@@ -1,0 +1,106 @@
+"""The enhancers made of the two networks: `RetinexEnhancer` (the paper's) and `DirectEnhancer` (its plain rival)."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, Literal, NamedTuple
+
+from torch import Tensor, nn
+from torch.nn.functional import pad
+
+from diffnav.retinex.decom import DecomNet
+from diffnav.retinex.enhance import EnhanceNet
+from diffnav.retinex.tiles import DEFAULT_TILE_PIXELS, apply_tiled
+
+
+class Components(NamedTuple):
+    """What the networks make of a dark image: R (B, 3, H, W), I and Ih (B, 1, H, W), enhanced = Ih o R (Eq. 1)."""
+
+    R: Tensor
+    I: Tensor  # noqa: E741
+    Ih: Tensor
+    enhanced: Tensor
+
+
+class Enhancer(nn.Module):
+    """Decom-Net, Enhance-Net, any image size, tiles for large images: what both enhancers share.
+
+    `settings` (the constructor's arguments) rebuild it. In evaluation mode, images of more than `tile_pixels` go
+    through in overlapping tiles.
+    """
+
+    illumination_channels: int
+    tile_pixels: int = DEFAULT_TILE_PIXELS
+
+    def __init__(
+        self,
+        width: int = 64,
+        jump: Literal["add", "concat"] = "add",
+        max_channel: bool = True,
+        up_kernel: Literal[2, 4] = 4,
+        activation: Literal["sigmoid", "relu", "none"] = "sigmoid",
+        padding: Literal["replicate", "zeros"] = "replicate",
+    ) -> None:
+        super().__init__()
+        self.settings = dict(
+            width=width, jump=jump, max_channel=max_channel, up_kernel=up_kernel, activation=activation,
+            padding=padding,
+        )  # fmt: skip
+        self.decom = DecomNet(width, jump, max_channel, padding)
+        self.enhance = EnhanceNet(width, up_kernel, activation, self.illumination_channels, padding)
+
+    def forward(self, image: Tensor, record: Sequence[Any] | None = None) -> Tensor:  # noqa: ARG002
+        """The enhanced image, (B, 3, H, W) in [0, 1] -> the same; `record` (of the darkening) is not looked at."""
+        if self.training:
+            return self._whole(image)
+        return apply_tiled(self._whole, image, self.tile_pixels).clamp(0, 1)
+
+    def _whole(self, image: Tensor) -> Tensor:
+        raise NotImplementedError
+
+    @property
+    def parameter_count(self) -> int:
+        return sum(p.numel() for p in self.parameters())
+
+
+class RetinexEnhancer(Enhancer):
+    """The paper's: dark image -> Decom-Net -> R, I -> Enhance-Net -> Ih -> Ih o R (Eq. 1)."""
+
+    illumination_channels = 1
+
+    def components(self, image: Tensor) -> Components:
+        """R, I, Ih and the enhanced image of a whole image (B, 3, H, W) of any size from 16 x 16."""
+        return Components(*on_padded(self._components, image))
+
+    def decompose(self, image: Tensor) -> tuple[Tensor, Tensor]:
+        """R and I alone, of an image (B, 3, H, W) of any size from 16 x 16."""
+        R, I = on_padded(self.decom, image)  # noqa: E741
+        return R, I
+
+    def _components(self, image: Tensor) -> tuple[Tensor, ...]:
+        R, I = self.decom(image)  # noqa: E741
+        Ih = self.enhance(R, I)
+        return R, I, Ih, Ih * R
+
+    def _whole(self, image: Tensor) -> Tensor:
+        return self.components(image).enhanced
+
+
+class DirectEnhancer(Enhancer):
+    """The same two trunks without the Retinex split: image to image, the honest rival of the same size and cost.
+
+    Decom-Net's four outputs feed Enhance-Net, whose last layer gives the picture (3 channels), not an illumination.
+    """
+
+    illumination_channels = 3
+
+    def _whole(self, image: Tensor) -> Tensor:
+        return on_padded(lambda x: (self.enhance(*self.decom(x)),), image)[0]
+
+
+def on_padded(network: Callable[[Tensor], tuple[Tensor, ...]], image: Tensor) -> tuple[Tensor, ...]:
+    """Run `network` on the image padded by reflection to multiples of 8, and crop its outputs back."""
+    height, width = image.shape[2:]
+    if min(height, width) < 16:
+        raise ValueError(f"need an image of 16 x 16 or more, got {width} x {height}; enlarge it first")
+    right, bottom = -width % 8, -height % 8
+    padded = pad(image, (0, right, 0, bottom), mode="reflect") if right or bottom else image
+    return tuple(out[..., :height, :width] for out in network(padded))

@@ -1,0 +1,136 @@
+"""A run's folder: its configuration, its exact state, its logs, its checkpoints.
+
+    runs/NAME/config.json      the resolved configuration
+              state.pt         everything a resumed run needs (model, optimiser, step, best value, RNG states)
+              last.pt best.pt  weights, for `load_enhancer`
+              metrics.csv      one row a logged step;  validation.csv one row a validation
+              events.out...    TensorBoard
+"""
+
+import csv
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch import Tensor
+from torch.utils.tensorboard import SummaryWriter
+
+from diffnav.errors import UserError
+from diffnav.retinex.checkpoints import save_enhancer
+from diffnav.training.stages import Stage
+
+
+class Run:
+    """The folder of one training run; opening it again resumes.
+
+    config: nested plain values. neutral: dotted keys that may differ on resuming since no result depends on them.
+
+    Raises: UserError if the folder holds a run of another configuration, naming the first key that differs.
+    """
+
+    def __init__(self, folder: Path, config: Mapping[str, Any], neutral: frozenset[str] = frozenset()) -> None:
+        self.folder = Path(folder)
+        self.config = config
+        self._state_path = self.folder / "state.pt"
+        stored = self.folder / "config.json"
+        if stored.exists():
+            _refuse_changes(self.folder.name, _flat(json.loads(stored.read_text())), _flat(config), neutral)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        stored.write_text(json.dumps(config, indent=1))
+        self._writer: SummaryWriter | None = None
+
+    def restore(self, stage: Stage, optimiser: torch.optim.Optimizer) -> tuple[int, float]:
+        """Load the saved state, if any: (steps done, best value so far); drop what was logged after it."""
+        if not self._state_path.exists():
+            step, best = 0, float("-inf")
+        else:
+            state = torch.load(self._state_path, map_location="cpu", weights_only=True)
+            stage.enhancer.load_state_dict(state["model"], strict=True)
+            optimiser.load_state_dict(state["optimiser"])
+            torch.set_rng_state(state["rng"])
+            if state["cuda_rng"]:
+                torch.cuda.set_rng_state_all(state["cuda_rng"])
+            step, best = state["step"], state["best"]
+        for name in ("metrics.csv", "validation.csv"):
+            _truncate_csv(self.folder / name, step)
+        return step, best
+
+    def save(self, stage: Stage, optimiser: torch.optim.Optimizer, step: int, best: float) -> None:
+        """Write the state and the last weights; each file appears whole or not at all."""
+        state = {
+            "model": stage.enhancer.state_dict(),
+            "optimiser": optimiser.state_dict(),
+            "step": step,
+            "best": best,
+            "rng": torch.get_rng_state(),
+            "cuda_rng": torch.cuda.get_rng_state_all() if torch.cuda.is_available() else [],
+        }
+        self.save_weights("last", stage, step)
+        aside = self._state_path.with_suffix(".part")
+        torch.save(state, aside)
+        os.replace(aside, self._state_path)
+
+    def save_weights(self, name: str, stage: Stage, step: int) -> None:
+        """Write NAME.pt, a checkpoint for `load_enhancer`."""
+        provenance = {"run": self.folder.name, "step": step, "config": json.dumps(self.config)}
+        save_enhancer(self.folder / f"{name}.pt", stage.enhancer, stage.name, provenance)
+
+    def writer(self, step: int) -> SummaryWriter:
+        """TensorBoard's writer; events after `step` of an earlier life of this run are hidden."""
+        if self._writer is None:
+            self._writer = SummaryWriter(str(self.folder), purge_step=step + 1)
+        return self._writer
+
+    def log(self, table: str, step: int, figures: Mapping[str, float]) -> None:
+        """Append one row to TABLE.csv, and the figures to TensorBoard under TABLE/."""
+        row = {"step": step, **figures}
+        path = self.folder / f"{table}.csv"
+        new = not path.exists()
+        with path.open("a", newline="") as file:
+            rows = csv.DictWriter(file, list(row))
+            if new:
+                rows.writeheader()
+            rows.writerow({key: repr(value) if isinstance(value, float) else value for key, value in row.items()})
+        for name, value in figures.items():
+            self.writer(step).add_scalar(f"{table}/{name}", value, step)
+
+    def draw(self, table: str, step: int, pictures: Mapping[str, Tensor]) -> None:
+        """Pictures (3, H, W) in [0, 1] to TensorBoard, under TABLE/."""
+        for name, picture in pictures.items():
+            self.writer(step).add_image(f"{table}/{name}", picture.clamp(0, 1), step)
+
+    def close(self) -> None:
+        """Flush the logs."""
+        if self._writer is not None:
+            self._writer.close()
+
+
+def _flat(config: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    flat: dict[str, Any] = {}
+    for key, value in config.items():
+        if isinstance(value, Mapping):
+            flat |= _flat(value, f"{prefix}{key}.")
+        else:
+            flat[f"{prefix}{key}"] = value
+    return flat
+
+
+def _refuse_changes(name: str, old: dict[str, Any], new: dict[str, Any], neutral: frozenset[str]) -> None:
+    for key in sorted((old.keys() | new.keys()) - neutral):
+        if old.get(key) != new.get(key):
+            raise UserError(
+                f"run {name} was started with {key}={old.get(key)}, now it is {new.get(key)}: "
+                "give the old value to resume, or another run= name to start anew"
+            )
+
+
+def _truncate_csv(path: Path, step: int) -> None:
+    """Keep the header and the rows up to `step`; a half-written last line goes too."""
+    if not path.exists():
+        return
+    lines = path.read_text().splitlines(keepends=True)
+    kept = [line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) <= step]
+    path.write_text("".join([*lines[:1], *kept]))

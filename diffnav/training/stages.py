@@ -1,0 +1,98 @@
+"""The stages of training: each maps a batch of dark and daylight patches to named losses."""
+
+from typing import Any
+
+import torch
+from torch import Tensor, nn
+
+from diffnav.losses.retinex import RetinexLoss
+from diffnav.retinex.enhancer import Components, DirectEnhancer, Enhancer, RetinexEnhancer
+from diffnav.retinex.state import component_state
+
+Losses = dict[str, Tensor]
+Figures = dict[str, Tensor]
+
+
+class Stage(nn.Module):
+    """What the loop trains: `stage(low, normal)` -> (named losses that add up, figures to watch).
+
+    Networks run in bf16 under autocast where `bf16` is set, losses always in float32. Frozen parameters have
+    `requires_grad` False.
+    """
+
+    name: str
+    enhancer: Enhancer
+
+    def __init__(self, enhancer: Enhancer, loss: RetinexLoss, bf16: bool = False) -> None:
+        super().__init__()
+        self.enhancer = enhancer
+        self.loss = loss
+        self.bf16 = bf16
+
+    def autocast(self, like: Tensor) -> Any:
+        return torch.autocast(like.device.type, dtype=torch.bfloat16, enabled=self.bf16)
+
+
+class DecomStage(Stage):
+    """Stage one: Decom-Net on both images with L_Decom (Eq. 2)."""
+
+    name = "decom"
+    enhancer: RetinexEnhancer
+
+    def __init__(self, enhancer: RetinexEnhancer, loss: RetinexLoss, bf16: bool = False) -> None:
+        super().__init__(enhancer, loss, bf16)
+        enhancer.enhance.requires_grad_(False)
+
+    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+        with self.autocast(low):
+            R, I = self.enhancer.decompose(torch.cat([low, normal]))  # noqa: E741
+        n = len(low)
+        losses = self.loss.decomposition(low, normal, (R[:n], I[:n]), (R[n:], I[n:]))
+        return losses, component_state(Components(R[:n], I[:n], I[n:], low))
+
+
+class EnhanceStage(Stage):
+    """Stage two: Enhance-Net with L_Enhance (Eq. 6), Decom-Net frozen; or, with `train_decom`, the joint stage.
+
+    The joint stage trains both networks and, where `decom_loss` is given, keeps L_Decom beside L_Enhance: without it
+    the smoothness term pulls Ih to a constant and Decom-Net becomes a plain image-to-image network.
+    """
+
+    enhancer: RetinexEnhancer
+
+    def __init__(
+        self,
+        enhancer: RetinexEnhancer,
+        loss: RetinexLoss,
+        bf16: bool = False,
+        train_decom: bool = False,
+        decom_loss: RetinexLoss | None = None,
+    ) -> None:
+        super().__init__(enhancer, loss, bf16)
+        self.train_decom = train_decom
+        self.decom_loss = decom_loss if train_decom else None
+        self.name = "joint" if train_decom else "enhance"
+        enhancer.decom.requires_grad_(train_decom)
+        enhancer.enhance.requires_grad_(True)
+
+    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+        with self.autocast(low):
+            parts = self.enhancer.components(low)
+        losses = self.loss.enhancement(parts.enhanced, parts.Ih, parts.R, normal)
+        if self.decom_loss is not None:
+            with self.autocast(low):
+                normal_RI = self.enhancer.decompose(normal)
+            losses |= self.decom_loss.decomposition(low, normal, (parts.R, parts.I), normal_RI)
+        return losses, component_state(parts)
+
+
+class DirectStage(Stage):
+    """The plain rival: the same trunks, image to image, with Eq. 7 and 8."""
+
+    name = "direct"
+    enhancer: DirectEnhancer
+
+    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+        with self.autocast(low):
+            enhanced = self.enhancer(low)
+        return self.loss.fidelity(enhanced, normal), {}

@@ -1,0 +1,64 @@
+"""Scores and pictures of a stage on a fixed set of whole pairs."""
+
+from collections.abc import Mapping
+
+import torch
+from kornia.metrics import ssim
+from torch import Tensor
+from torch.utils.data import Dataset
+
+from diffnav.images import quantise
+from diffnav.retinex.enhancer import Components, RetinexEnhancer
+from diffnav.retinex.state import component_state
+from diffnav.training.stages import DecomStage, Stage
+
+PICTURES = 4
+
+
+class Validation:
+    """The fixed set and how to score it. pairs: index -> dict with `low` and `normal` (3, H, W)."""
+
+    def __init__(self, pairs: Dataset) -> None:
+        self.pairs = pairs
+
+    @torch.no_grad()
+    def __call__(self, stage: Stage) -> tuple[dict[str, float], dict[str, Tensor]]:
+        """(figures, pictures): mean PSNR in dB and SSIM of 8-bit output, the state of R, I, Ih; a few images.
+
+        A Decom-Net alone is scored by R_low o I_normal: what a perfect Enhance-Net would make of it.
+        """
+        was_training = stage.training
+        stage.eval()
+        device = next(stage.parameters()).device
+        sums: dict[str, float] = {}
+        pictures: dict[str, Tensor] = {}
+        count = len(self.pairs)  # type: ignore[arg-type]
+        for index in range(count):
+            low, normal = (self.pairs[index][key][None].to(device) for key in ("low", "normal"))
+            with stage.autocast(low):
+                views, figures = _enhance(stage, low, normal)
+            for key, value in (figures | _scores(views["enhanced"], normal)).items():
+                sums[key] = sums.get(key, 0.0) + value.item() / count
+            if index < PICTURES:
+                shown = {"low": low, **views, "normal": normal}
+                pictures[str(index)] = torch.cat([v.float().expand(-1, 3, -1, -1) for v in shown.values()], 3)[0]
+        stage.train(was_training)
+        return sums, pictures
+
+
+def _enhance(stage: Stage, low: Tensor, normal: Tensor) -> tuple[dict[str, Tensor], Mapping[str, Tensor]]:
+    enhancer = stage.enhancer
+    if not isinstance(enhancer, RetinexEnhancer):
+        return {"enhanced": enhancer(low)}, {}
+    if isinstance(stage, DecomStage):
+        (R, I), (_, I_normal) = enhancer.decompose(low), enhancer.decompose(normal)
+        parts = Components(R, I, I_normal, R * I_normal)
+    else:
+        parts = enhancer.components(low)
+    return parts._asdict(), component_state(parts)
+
+
+def _scores(enhanced: Tensor, normal: Tensor) -> dict[str, Tensor]:
+    enhanced = quantise(enhanced.float())
+    mse = (enhanced - normal).square().mean().clamp(min=1e-10)
+    return {"psnr": -10 * mse.log10(), "ssim": ssim(enhanced, normal, 11, max_val=1.0).mean()}

@@ -1,0 +1,54 @@
+"""python -m train.enhance: stage two of the paper, the joint stage, or the direct rival."""
+
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from conf.command import command
+from diffnav.errors import UserError
+from diffnav.retinex.checkpoints import build_enhancer, read_checkpoint
+from diffnav.retinex.enhancer import DirectEnhancer, Enhancer, RetinexEnhancer
+from diffnav.training.stages import DirectStage, EnhanceStage, Stage
+from train.session import train
+
+
+def make_stage(cfg: DictConfig) -> Stage:
+    """The stage that `stage`, `train_decom` and `keep_decom_loss` choose, from the checkpoint `init`."""
+    loss, bf16 = instantiate(cfg.loss), cfg.precision == "bf16"
+    if cfg.stage not in ("retinex", "direct"):
+        raise UserError(f"stage must be retinex or direct, got {cfg.stage!r}")
+    if cfg.stage == "direct":
+        direct = initial_enhancer(cfg) if cfg.init else DirectEnhancer(**cfg.network)
+        if not isinstance(direct, DirectEnhancer):
+            raise UserError(f"init={cfg.init} is a Retinex network; stage=direct starts from a direct one, or from none")
+        return DirectStage(direct, loss, bf16)
+    if not cfg.init:
+        raise UserError("init is missing: name the run or checkpoint with the trained Decom-Net (python -m train.decom)")
+    enhancer = initial_enhancer(cfg)
+    if not isinstance(enhancer, RetinexEnhancer):
+        raise UserError(f"init={cfg.init} is a direct network, which has no Decom-Net; give a Retinex checkpoint")
+    decom_loss = instantiate(cfg.decom_loss) if cfg.keep_decom_loss else None
+    return EnhanceStage(enhancer, loss, bf16, cfg.train_decom, decom_loss)
+
+
+def initial_enhancer(cfg: DictConfig) -> Enhancer:
+    """The enhancer of `init`, a run's name or a checkpoint; its settings must be those of `network`."""
+    run = Path(cfg.paths.runs).expanduser() / str(cfg.init)
+    enhancer = build_enhancer(read_checkpoint(run if run.is_dir() else cfg.init))
+    for key, value in cfg.network.items():
+        if enhancer.settings[str(key)] != value:
+            raise UserError(
+                f"init={cfg.init} was trained with network.{key}={enhancer.settings[str(key)]}, now it is {value}: "
+                f"give network.{key}={enhancer.settings[str(key)]} or another checkpoint"
+            )
+    return enhancer
+
+
+@command("enhance")
+def main(cfg: DictConfig) -> None:
+    train(cfg, make_stage)
+
+
+if __name__ == "__main__":
+    main()
