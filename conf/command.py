@@ -12,13 +12,22 @@ from typing import Any
 import hydra
 import torch
 from hydra.core.hydra_config import HydraConfig
-from hydra.errors import HydraException
+from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from diffnav.errors import UserError
 
 CONF = Path(__file__).parent
+# Commands write where `run=` and `out=` say: no folder, no log file of Hydra's own.
+QUIET = [
+    "hydra/job_logging=disabled",
+    "hydra/hydra_logging=disabled",
+    "hydra.output_subdir=null",
+    "hydra.run.dir=.",
+    "hydra.sweep.dir=.",
+    "hydra.sweep.subdir=.",
+]
 
 
 def command(name: str) -> Callable[[Callable[[DictConfig], Any]], Callable[[], None]]:
@@ -41,6 +50,7 @@ def command(name: str) -> Callable[[Callable[[DictConfig], Any]], Callable[[], N
         def run() -> None:
             # Otherwise Hydra catches configuration errors itself and prints a hint at this very variable.
             os.environ["HYDRA_FULL_ERROR"] = "1"
+            sys.argv[1:1] = QUIET
             try:
                 hydra_main()
             except KeyboardInterrupt:
@@ -63,7 +73,7 @@ def pick_device(name: str) -> torch.device:
     if name not in ("auto", "cpu", "cuda"):
         raise UserError(f"device must be auto, cpu or cuda, got {name!r}")
     if name == "cuda" and not torch.cuda.is_available():
-        raise UserError("device=cuda, but torch sees no CUDA device here; use device=cpu or install a CUDA build of torch")
+        raise UserError("device=cuda, but torch sees no CUDA device; use device=cpu or install a CUDA build of torch")
     return torch.device("cuda" if name != "cpu" and torch.cuda.is_available() else "cpu")
 
 
@@ -104,22 +114,27 @@ def _sentence(error: Exception) -> str:
         near = difflib.get_close_matches(key, _known_settings(), 1)
         hint = f"; did you mean {near[0]}?" if near else "; --cfg job shows the settings that exist"
         return f"there is no setting {key}{hint}"
-    missing = re.search(r"Could not find '([^']+)'\s+Available options in '([^']+)':\s+(.*)", text, re.S)
+    missing = re.search(r"Could not find '([^']+)'\s+Available options in '([^']+)':\s+(.*?)\n\s*Config", text, re.S)
     if missing:
         wanted, group, names = missing.groups()
         return f"unknown {wanted.replace('/', '=')}; {group} can be {', '.join(names.split())}"
     mandatory = re.search(r"Missing mandatory value: (\S+)", text)
     if mandatory:
         return f"the setting {mandatory.group(1)} is missing: add {mandatory.group(1)}=..."
+    called = re.search(r"Error in call to target '([^']+)':\s*(.*)", text, re.S)
+    if called:
+        target, reason = called.groups()
+        return f"a setting of {target.rsplit('.', 1)[-1]} has a value that it cannot take: {reason.splitlines()[0]}"
     line = " ".join(text.split("\n")[0].split())
-    if "parsing" in type(error).__name__.lower() or "OverrideParse" in type(error).__name__:
+    if isinstance(error, OverrideParseException) or text.startswith("Ambiguous value"):
         return f"{line}; quote a value with spaces, commas or = twice: 'key=\"a b, c=d\"'"
     return line
 
 
 def _known_settings() -> list[str]:
     if not HydraConfig.initialized():
-        names = {m.group(1) for path in CONF.rglob("*.yaml") for m in re.finditer(r"^\s*(\w+):", path.read_text(), re.M)}
+        texts = [path.read_text() for path in CONF.rglob("*.yaml")]
+        names = {match.group(1) for text in texts for match in re.finditer(r"^\s*(\w+):", text, re.M)}
         groups = {path.parent.relative_to(CONF).as_posix() for path in CONF.rglob("*/*.yaml")}
         return sorted(names | groups | {f"{g}.{n}" for g in groups for n in names})
     return []

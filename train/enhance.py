@@ -21,10 +21,14 @@ def make_stage(cfg: DictConfig) -> Stage:
     if cfg.stage == "direct":
         direct = initial_enhancer(cfg) if cfg.init else DirectEnhancer(**cfg.network)
         if not isinstance(direct, DirectEnhancer):
-            raise UserError(f"init={cfg.init} is a Retinex network; stage=direct starts from a direct one, or from none")
+            raise UserError(
+                f"init={cfg.init} is a Retinex network; stage=direct starts from a direct one, or from none"
+            )
         return DirectStage(direct, loss, bf16)
     if not cfg.init:
-        raise UserError("init is missing: name the run or checkpoint with the trained Decom-Net (python -m train.decom)")
+        raise UserError(
+            "init is missing: name the run or checkpoint with the trained Decom-Net (python -m train.decom)"
+        )
     enhancer = initial_enhancer(cfg)
     if not isinstance(enhancer, RetinexEnhancer):
         raise UserError(f"init={cfg.init} is a direct network, which has no Decom-Net; give a Retinex checkpoint")
@@ -38,9 +42,10 @@ def initial_enhancer(cfg: DictConfig) -> Enhancer:
     enhancer = build_enhancer(read_checkpoint(run if run.is_dir() else cfg.init))
     for key, value in cfg.network.items():
         if enhancer.settings[str(key)] != value:
+            trained = enhancer.settings[str(key)]
             raise UserError(
-                f"init={cfg.init} was trained with network.{key}={enhancer.settings[str(key)]}, now it is {value}: "
-                f"give network.{key}={enhancer.settings[str(key)]} or another checkpoint"
+                f"init={cfg.init} was trained with network.{key}={trained}, now it is {value}: "
+                f"give network.{key}={trained} or another checkpoint"
             )
     return enhancer
 

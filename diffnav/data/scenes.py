@@ -1,9 +1,9 @@
-"""The embedded world: an endless, seeded landscape seen from straight above, rendered at any scale and heading.
+"""The embedded world: an endless, seeded landscape seen from above, rendered at any scale and heading.
 
 Tests, the demo and some training draw their "photographs", maps and exact homographies from it; nothing is
-downloaded. The colour of a place depends on the seed, the place and the size of a pixel there alone, so two windows
-over one place agree, whatever was rendered before. World frame: metres, x east, y north. Image frame: pixels, x
-right, y down, integer coordinates at pixel centres.
+downloaded. The colour of a place depends on the seed, the place and the size of a pixel there alone, so two
+windows over one place agree, whatever was rendered before. World frame: metres, x east, y north. Image frame:
+pixels, x right, y down, integer coordinates at pixel centres.
 """
 
 import math
@@ -11,46 +11,23 @@ from dataclasses import dataclass
 
 import numpy as np
 import torch
+from numpy.typing import NDArray
 from torch import Tensor
 
 from diffnav.data.scenery.paint import colours
+from diffnav.data.scenery.view import Size, checked_size, checked_view, ground_points, window_homography
 from diffnav.errors import UserError
 
+__all__ = ["ScenePair", "SceneWindows", "Window", "World", "homography_pair", "window_homography"]
+
+# Pixels painted at once: the working arrays then stay below about 100 MB, whatever the window.
 CHUNK = 40_000
-LIMIT_M = 1e9
-Size = tuple[int, int]
-
-
-def window_homography(
-    centre_m: tuple[float, float], ground_sample_distance_m: float, heading_deg: float, size: Size
-) -> Tensor:
-    """H_image_world (3, 3) float64 of a straight-down window: pixels to metres east and north.
-
-    Args:
-        centre_m: world position of the window's middle. ground_sample_distance_m: metres per pixel, > 0.
-        heading_deg: direction of the image's top, clockwise from north. size: (h, w) pixels.
-    """
-    if not (math.isfinite(ground_sample_distance_m) and ground_sample_distance_m > 0):
-        raise UserError(f"ground_sample_distance_m must be above 0, got {ground_sample_distance_m}.")
-    h, w = _checked(size)
-    c, s = (f(math.radians(heading_deg)) * ground_sample_distance_m for f in (math.cos, math.sin))
-    x, y = centre_m
-    mid_x, mid_y = (w - 1) / 2, (h - 1) / 2
-    # Right is (cos, -sin) and up is (sin, cos) in (east, north); image y runs down.
-    rows = [[c, -s, x - c * mid_x + s * mid_y], [-s, -c, y + s * mid_x + c * mid_y], [0.0, 0.0, 1.0]]
-    return torch.tensor(rows, dtype=torch.float64)
-
-
-def _checked(size: Size) -> Size:
-    h, w = size
-    if int(h) != h or int(w) != w or h < 1 or w < 1:
-        raise UserError(f"a window needs a size of 1 x 1 pixels or more, got {size} (h, w).")
-    return int(h), int(w)
+Range = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class World:
-    """An endless landscape; equal seeds give equal worlds, and every world has its own fields, roads and houses."""
+    """An endless landscape; equal seeds give equal worlds, other seeds other fields, roads and houses."""
 
     seed: int = 0
 
@@ -64,40 +41,139 @@ class World:
         """(3, h, w) float32 RGB in [0, 1]: the window that `window_homography` describes."""
         return self.render_homography(window_homography(centre_m, ground_sample_distance_m, heading_deg, size), size)
 
-    def render_homography(self, H_image_world: Tensor | np.ndarray, size: Size) -> Tensor:
-        """(3, h, w) float32 RGB in [0, 1]: the world plane seen through any homography, pixels to metres.
+    def render_homography(self, H_image_world: Tensor | NDArray, size: Size) -> Tensor:
+        """(3, h, w) float32 RGB in [0, 1]: the world plane through any homography, pixels to metres.
 
-        Raises: UserError if H_image_world is singular or the window reaches the horizon.
+        Raises: UserError if H_image_world is singular, the window reaches the horizon, or its size is below
+        1 x 1.
         """
-        h, w = _checked(size)
-        H = np.asarray(H_image_world, np.float64)
-        if H.shape != (3, 3) or not np.isfinite(H).all():
-            raise UserError(f"H_image_world must be a finite 3 x 3 matrix, got shape {H.shape}.")
-        _check_view(H, h, w)
+        h, w = checked_size(size)
+        H = checked_view(H_image_world, h, w)
         image = np.empty((3, h * w), np.float32)
         for start in range(0, h * w, CHUNK):
             pixel = np.arange(start, min(start + CHUNK, h * w))
-            x, y, footprint_m = _ground_points(H, pixel % w, pixel // w)
-            image[:, start : start + CHUNK] = colours(self.seed, x, y, footprint_m)
+            image[:, start : start + CHUNK] = colours(self.seed, *ground_points(H, pixel % w, pixel // w))
         return torch.from_numpy(image.reshape(3, h, w))
 
 
-def _ground_points(H_image_world: np.ndarray, px: np.ndarray, py: np.ndarray) -> tuple[np.ndarray, ...]:
-    """World x, y (float64) of pixels and the side of the ground patch each covers (float32), metres."""
-    x, y, scale = H_image_world @ np.stack([px, py, np.ones_like(px)]).astype(np.float64)
-    # The determinant of a homography's Jacobian is det(H) / scale^3.
-    area = abs(np.linalg.det(H_image_world)) / np.abs(scale) ** 3
-    return x / scale, y / scale, np.sqrt(area).astype(np.float32)
+@dataclass(frozen=True)
+class Window:
+    """One straight-down view: everything needed to render it again."""
+
+    name: str
+    world: World
+    centre_m: tuple[float, float]
+    ground_sample_distance_m: float
+    heading_deg: float
+    size: Size
+
+    @property
+    def H_image_world(self) -> Tensor:
+        """(3, 3) float64, pixels to metres."""
+        return window_homography(self.centre_m, self.ground_sample_distance_m, self.heading_deg, self.size)
+
+    def render(self) -> Tensor:
+        """(3, h, w) float32 RGB in [0, 1]."""
+        return self.world.render_homography(self.H_image_world, self.size)
 
 
-def _check_view(H_image_world: np.ndarray, h: int, w: int) -> None:
-    corners = np.array([[0, w - 1, 0, w - 1], [0, 0, h - 1, h - 1], [1, 1, 1, 1]], np.float64)
-    x, y, scale = H_image_world @ corners
-    # Relative to the linear part: the translation may be a million metres and says nothing about rank.
-    x0 = H_image_world[:2, :2] - np.outer(H_image_world[:2, 2], H_image_world[2, :2]) / (H_image_world[2, 2] or 1.0)
-    if abs(np.linalg.det(x0)) < 1e-12 or H_image_world[2, 2] == 0:
-        raise UserError("H_image_world is singular; give a homography that can be inverted.")
-    if scale.min() * scale.max() <= 0:
-        raise UserError("the window reaches the horizon; tilt it less or make it smaller.")
-    if max(np.abs(x / scale).max(), np.abs(y / scale).max()) > LIMIT_M:
-        raise UserError(f"the window lies beyond {LIMIT_M:.0e} m from the origin, where positions lose precision.")
+class SceneWindows(torch.utils.data.Dataset):
+    """`count` varied windows drawn from a seed, rendered when asked for: index -> (name, (3, h, w) image).
+
+    Place (within `extent_m` of the origin), heading and scale vary, and every window has a world of its own
+    unless `world` is given. `windows` holds the records. The first windows are the same for any count.
+    """
+
+    def __init__(
+        self,
+        seed: int,
+        count: int,
+        size: Size = (400, 600),
+        ground_sample_distance_m: Range = (0.1, 0.4),
+        extent_m: float = 20_000.0,
+        world: World | None = None,
+    ) -> None:
+        if count < 0:
+            raise UserError(f"count must be 0 or more, got {count}.")
+        generator = torch.Generator().manual_seed(seed)
+        self.windows = []
+        for k in range(count):
+            r = torch.rand(5, generator=generator, dtype=torch.float64).tolist()
+            home = World(int(r[4] * 2**31)) if world is None else world
+            place = ((2 * r[0] - 1) * extent_m, (2 * r[1] - 1) * extent_m)
+            distance_m = _between(ground_sample_distance_m, r[2])
+            self.windows.append(
+                Window(f"scene_{seed}_{k:04d}", home, place, distance_m, 360 * r[3], checked_size(size))
+            )
+
+    def __len__(self) -> int:
+        return len(self.windows)
+
+    def __getitem__(self, index: int) -> tuple[str, Tensor]:
+        window = self.windows[index]
+        return window.name, window.render()
+
+
+@dataclass(frozen=True)
+class ScenePair:
+    """Two windows of one place: images (3, h, w), and exact homographies (3, 3) float64."""
+
+    image_a: Tensor
+    image_b: Tensor
+    H_a_b: Tensor
+    H_a_world: Tensor
+    H_b_world: Tensor
+
+
+def homography_pair(
+    world: World,
+    generator: torch.Generator,
+    size: Size = (400, 600),
+    ground_sample_distance_m: Range = (0.1, 0.4),
+    rotation_deg: float = 180.0,
+    scale: float = 1.5,
+    shift: float = 0.2,
+    perspective: float = 0.1,
+    extent_m: float = 20_000.0,
+) -> ScenePair:
+    """Two views of one place and the exact homography between them, both rendered, neither resampled.
+
+    Image a looks straight down; b is turned by up to +-rotation_deg, its pixels are 1/scale to scale times as
+    large, it is moved by up to +-shift of its size and tilted: the divisor at its corners is 1 +- 2
+    perspective.
+    Raises: UserError if scale is below 1 or perspective not in [0, 0.5).
+    """
+    if scale < 1 or not 0 <= perspective < 0.5:
+        raise UserError(f"need scale >= 1 and perspective in [0, 0.5), got {scale} and {perspective}.")
+    h, w = checked_size(size)
+    r = torch.rand(4, generator=generator, dtype=torch.float64).tolist()
+    place = ((2 * r[0] - 1) * extent_m, (2 * r[1] - 1) * extent_m)
+    H_a_world = window_homography(place, _between(ground_sample_distance_m, r[2]), 360 * r[3], size)
+    turn, zoom, *moves = (2 * torch.rand(6, generator=generator, dtype=torch.float64) - 1).tolist()
+    H_b_a = _drawn_homography(h, w, math.radians(rotation_deg) * turn, scale**zoom, moves, shift, perspective)
+    H_b_world = H_a_world @ H_b_a
+    H_a_b = torch.linalg.inv(H_b_a)
+    image_a, image_b = (world.render_homography(H, size) for H in (H_a_world, H_b_world))
+    return ScenePair(image_a, image_b, H_a_b / H_a_b[2, 2], H_a_world, H_b_world)
+
+
+def _drawn_homography(
+    h: int, w: int, angle: float, zoom: float, moves: list[float], shift: float, perspective: float
+) -> Tensor:
+    """(3, 3) float64: tilt about the middle of an h x w image, turn, zoom, move; `moves`: four in [-1, 1]."""
+    mid_x, mid_y = (w - 1) / 2, (h - 1) / 2
+    c, s = math.cos(angle) * zoom, math.sin(angle) * zoom
+    x, y = mid_x + moves[0] * shift * w, mid_y + moves[1] * shift * h
+    tilt_x, tilt_y = moves[2] * perspective * 2 / w, moves[3] * perspective * 2 / h
+    from_middle = _matrix([[1, 0, -mid_x], [0, 1, -mid_y], [0, 0, 1]])
+    tilt = _matrix([[1, 0, 0], [0, 1, 0], [tilt_x, tilt_y, 1]])
+    return _matrix([[c, -s, x], [s, c, y], [0, 0, 1]]) @ tilt @ from_middle
+
+
+def _between(limits: Range, share: float) -> float:
+    """From limits[0] to limits[1] evenly in the logarithm."""
+    return limits[0] * (limits[1] / limits[0]) ** share
+
+
+def _matrix(rows: list[list[float]]) -> Tensor:
+    return torch.tensor(rows, dtype=torch.float64)

@@ -17,7 +17,7 @@ from diffnav.errors import UserError
 Smoothness = Callable[[Tensor, Tensor, float], Tensor]
 
 
-def reconstruction(R: Tensor, I: Tensor, S: Tensor) -> Tensor:  # noqa: E741
+def reconstruction(R: Tensor, I: Tensor, S: Tensor) -> Tensor:
     """Mean of (R o I - S)^2: one image's part of Eq. 3."""
     return (R * I - S).square().mean()
 
@@ -27,7 +27,7 @@ def reflectance_consistency(R_low: Tensor, R_normal: Tensor) -> Tensor:
     return (R_low - R_normal).square().mean()
 
 
-def smoothness_wei(I: Tensor, R: Tensor, lambda_tv: float = 10.0) -> Tensor:  # noqa: E741
+def smoothness_wei(I: Tensor, R: Tensor, lambda_tv: float = 10.0) -> Tensor:
     """Total variation of I, weighted down where the reflectance has edges: Eq. 5 as its cited source computes it.
 
     mean(|dx I| exp(-lambda a_x)) + the same in y, with a the 3x3 average of |d grey(R)|, grey of BT.601.
@@ -42,7 +42,7 @@ def smoothness_wei(I: Tensor, R: Tensor, lambda_tv: float = 10.0) -> Tensor:  # 
     return total
 
 
-def smoothness_literal(I: Tensor, R: Tensor, lambda_tv: float = 10.0) -> Tensor:  # noqa: E741
+def smoothness_literal(I: Tensor, R: Tensor, lambda_tv: float = 10.0) -> Tensor:
     """mean |I exp(-lambda R)|: Eq. 5 as printed, without the gradient signs; its minimum is I = 0 (D9)."""
     return (I * torch.exp(-lambda_tv * R)).abs().mean()
 
@@ -96,7 +96,7 @@ class RetinexLoss:
         """The terms of L_Decom, Eq. 2, from both images and their (R, I)."""
         smooth = illumination_smoothness(self.tv)
         recon = reconstruction(*low_RI, low) + reconstruction(*normal_RI, normal)
-        smoothness = sum(smooth(I, R, self.lambda_tv) for R, I in (low_RI, normal_RI))
+        smoothness = smooth(low_RI[1], low_RI[0], self.lambda_tv) + smooth(normal_RI[1], normal_RI[0], self.lambda_tv)
         return {
             "reconstruction": self.lambda_re * recon,
             "reflectance": self.lambda_r * reflectance_consistency(low_RI[0], normal_RI[0]),

@@ -7,6 +7,9 @@ from torch import Tensor, nn
 
 from diffnav.errors import UserError
 
+# What 3x3 convolutions see beyond the border (D16).
+Padding = Literal["replicate", "zeros"]
+
 
 class DecomNet(nn.Module):
     """Eight 3x3 convolutions of one size with jump connections; 226,244 parameters at width 64.
@@ -21,7 +24,7 @@ class DecomNet(nn.Module):
         width: int = 64,
         jump: Literal["add", "concat"] = "add",
         max_channel: bool = True,
-        padding: Literal["replicate", "zeros"] = "replicate",
+        padding: Padding = "replicate",
     ) -> None:
         super().__init__()
         if jump not in ("add", "concat"):

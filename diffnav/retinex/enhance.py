@@ -7,11 +7,12 @@ from torch import Tensor, nn
 from torch.nn.functional import interpolate
 
 from diffnav.errors import UserError
+from diffnav.retinex.decom import Padding
 
 _ACTIVATIONS = {"sigmoid": torch.sigmoid, "relu": torch.relu, "none": lambda x: x}
 
 
-def _block(inputs: int, width: int, padding: str) -> nn.Sequential:
+def _block(inputs: int, width: int, padding: Padding) -> nn.Sequential:
     """Two 3x3 convolutions, a ReLU after each (D28)."""
     return nn.Sequential(
         nn.Conv2d(inputs, width, 3, padding=1, padding_mode=padding),
@@ -34,7 +35,7 @@ class EnhanceNet(nn.Module):
         up_kernel: Literal[2, 4] = 4,
         activation: Literal["sigmoid", "relu", "none"] = "sigmoid",
         outputs: int = 1,
-        padding: Literal["replicate", "zeros"] = "replicate",
+        padding: Padding = "replicate",
     ) -> None:
         super().__init__()
         if up_kernel not in (2, 4):
@@ -53,7 +54,7 @@ class EnhanceNet(nn.Module):
         self.fuse = nn.Conv2d(4 * width, width, 3, padding=1, padding_mode=padding)
         self.last = nn.Conv2d(width, outputs, 3, padding=1, padding_mode=padding)
 
-    def forward(self, R: Tensor, I: Tensor) -> Tensor:  # noqa: E741
+    def forward(self, R: Tensor, I: Tensor) -> Tensor:
         """Ih (B, outputs, H, W) of R (B, 3, H, W) and I (B, 1, H, W); H and W divisible by 8."""
         x = torch.cat([R, I], 1)
         skips = []

@@ -6,7 +6,7 @@ from typing import Any, Literal, NamedTuple
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
-from diffnav.retinex.decom import DecomNet
+from diffnav.retinex.decom import DecomNet, Padding
 from diffnav.retinex.enhance import EnhanceNet
 from diffnav.retinex.tiles import DEFAULT_TILE_PIXELS, apply_tiled
 
@@ -15,7 +15,7 @@ class Components(NamedTuple):
     """What the networks make of a dark image: R (B, 3, H, W), I and Ih (B, 1, H, W), enhanced = Ih o R (Eq. 1)."""
 
     R: Tensor
-    I: Tensor  # noqa: E741
+    I: Tensor
     Ih: Tensor
     enhanced: Tensor
 
@@ -37,13 +37,17 @@ class Enhancer(nn.Module):
         max_channel: bool = True,
         up_kernel: Literal[2, 4] = 4,
         activation: Literal["sigmoid", "relu", "none"] = "sigmoid",
-        padding: Literal["replicate", "zeros"] = "replicate",
+        padding: Padding = "replicate",
     ) -> None:
         super().__init__()
-        self.settings = dict(
-            width=width, jump=jump, max_channel=max_channel, up_kernel=up_kernel, activation=activation,
-            padding=padding,
-        )  # fmt: skip
+        self.settings = {
+            "width": width,
+            "jump": jump,
+            "max_channel": max_channel,
+            "up_kernel": up_kernel,
+            "activation": activation,
+            "padding": padding,
+        }
         self.decom = DecomNet(width, jump, max_channel, padding)
         self.enhance = EnhanceNet(width, up_kernel, activation, self.illumination_channels, padding)
 
@@ -72,11 +76,11 @@ class RetinexEnhancer(Enhancer):
 
     def decompose(self, image: Tensor) -> tuple[Tensor, Tensor]:
         """R and I alone, of an image (B, 3, H, W) of any size from 16 x 16."""
-        R, I = on_padded(self.decom, image)  # noqa: E741
+        R, I = on_padded(self.decom, image)
         return R, I
 
     def _components(self, image: Tensor) -> tuple[Tensor, ...]:
-        R, I = self.decom(image)  # noqa: E741
+        R, I = self.decom(image)
         Ih = self.enhance(R, I)
         return R, I, Ih, Ih * R
 

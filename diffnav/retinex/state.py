@@ -13,7 +13,7 @@ ALIVE_STD = 0.02
 
 @torch.no_grad()
 def component_state(parts: Components) -> dict[str, Tensor]:
-    """Mean, standard deviation and saturated share of R, I and Ih: keys `R_mean`, `R_std`, `R_saturated`, ...; scalars."""
+    """Mean, standard deviation and saturated share of R, I and Ih, scalars: `R_mean`, `R_std`, `R_saturated`, ..."""
     figures: dict[str, Tensor] = {}
     for name in ("R", "I", "Ih"):
         values: Tensor = getattr(parts, name).float()

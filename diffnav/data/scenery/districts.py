@@ -13,7 +13,10 @@ DISTRICT_M = 230.0
 FARMLAND, SETTLEMENT, WOODLAND, GREEN, COMMERCE = range(5)
 # Cumulative shares of the land uses above.
 LAND_USE_SHARES = np.array([0.42, 0.70, 0.79, 0.92, 1.01], np.float32)
-ROAD_HALF_M, LANE_HALF_M = 4.3, 2.6
+ROAD_HALF_M, LANE_HALF_M, GRAVEL_HALF_M = 4.3, 2.6, 1.9
+ROAD_HALVES_M = np.array([ROAD_HALF_M, ROAD_HALF_M, LANE_HALF_M, GRAVEL_HALF_M])
+# Borders leave the straight by up to this much, over 170 m.
+BEND_M = 9.0
 RIVER_M = 700.0
 
 
@@ -21,11 +24,11 @@ RIVER_M = 700.0
 class Districts:
     """What the coarse layout says about N points; every field is (N,).
 
-    i, j: the district's cell. code: its hash. east, north: position relative to its site, metres, float32.
-    border_m: distance to the nearest border. road_m: distance to the nearest road's axis, large where there is none.
-    road_half_m: its half width. road_side_m, road_along_m: signed offset from that axis and position along it.
-    road_code: its hash. junction_m: how much farther the second nearest border is. river_m: to the water's edge,
-    negative in the water.
+    i, j: the district's cell. code: its hash. east, north: position relative to its site, metres.
+    border_m: distance to the nearest border. road_m: distance to the nearest road's axis.
+    road_half_m: that road's half width. road_side_m: signed offset from its axis. road_along_m: position
+    along it. road_code: its hash. junction_m: how much farther the second nearest border is than the
+    nearest. river_m: distance to the river's edge, negative in the water.
     """
 
     i: Array
@@ -86,40 +89,54 @@ def nearest_site(seed: int, x: Array, y: Array) -> tuple[Array, Array, Array, Ar
     return i, j, code, east, north
 
 
+def borders(seed: int, i: Array, j: Array, code: Array, east: Array, north: Array) -> dict[str, Array]:
+    """The fields of Districts about borders and roads, at (east, north) from the site of district i, j."""
+    far = np.full(east.shape, 1e3)
+    near, second, road, half, side, along = far, far, far, np.ones_like(far), far, np.zeros_like(far)
+    road_code = np.zeros(east.shape, np.uint32)
+    own_x, own_y = site(code, i, j)
+    for di, dj in ((-1, -1), (-1, 0), (-1, 1), (0, -1), (0, 1), (1, -1), (1, 0), (1, 1)):
+        other = hash_cells(seed, i + di, j + dj)
+        other_x, other_y = site(other, i + di, j + dj)
+        nx, ny = other_x - own_x, other_y - own_y
+        length = np.hypot(nx, ny)
+        nx, ny = nx / length, ny / length
+        distance = 0.5 * length - (nx * east + ny * north)
+        second = np.where(distance < near, near, np.minimum(second, distance))
+        near = np.minimum(near, distance)
+        # Both districts must draw one road: its hash is symmetric, its direction follows the hashes.
+        pair = code ^ other
+        width = ROAD_HALVES_M[(uniform(pair, 2) * 4).astype(np.int64)]
+        sign = np.where(code < other, 1.0, -1.0)
+        closer = distance - width < road - half
+        road, half = np.where(closer, distance, road), np.where(closer, width, half)
+        side = np.where(closer, sign * distance, side)
+        # The line between two sites meets their border at right angles: the origin along it for both.
+        along = np.where(closer, sign * (nx * north - ny * east), along)
+        road_code = np.where(closer, pair, road_code)
+    numbers = {
+        "border_m": near,
+        "road_m": road,
+        "road_half_m": half,
+        "road_side_m": side,
+        "road_along_m": along,
+        "junction_m": second - near,
+    }
+    return {name: a.astype(np.float32) for name, a in numbers.items()} | {"road_code": road_code}
+
+
 def districts(world: int, x: Array, y: Array) -> Districts:
     """The coarse layout at N points (float64, metres)."""
     seed = salted(world, 10)
-    bend_x, bend_y = value_noise(salted(world, 13), x, y, 170.0)
-    i, j, code, east, north = nearest_site(seed, x + 9.0 * bend_x, y + 9.0 * bend_y)
-    shape = x.shape
-    near, second, road = np.full(shape, 1e3), np.full(shape, 1e3), np.full(shape, 1e3)
-    half, side, along = np.full(shape, 1.0), np.full(shape, 1e3), np.zeros(shape)
-    road_code = np.zeros(shape, np.uint32)
-    own_x, own_y = site(code, i, j)
-    for di in (-1, 0, 1):
-        for dj in (-1, 0, 1):
-            if di == dj == 0:
-                continue
-            other = hash_cells(seed, i + di, j + dj)
-            ox, oy = site(other, i + di, j + dj)
-            nx, ny = ox - own_x, oy - own_y
-            length = np.hypot(nx, ny)
-            nx, ny = nx / length, ny / length
-            distance = 0.5 * length - (nx * east + ny * north)
-            second = np.where(distance < near, near, np.minimum(second, distance))
-            near = np.minimum(near, distance)
-            # Both districts must draw one road: its hash is symmetric and its direction runs by the hashes' order.
-            pair = code ^ other
-            width = np.choose((uniform(pair, 2) * 4).astype(np.int64), (ROAD_HALF_M, ROAD_HALF_M, LANE_HALF_M, 0))
-            sign = np.where(code < other, 1.0, -1.0)
-            closer = (width > 0) & (distance - width < road - half)
-            road, half = np.where(closer, distance, road), np.where(closer, width, half)
-            side = np.where(closer, sign * distance, side)
-            along = np.where(closer, sign * (nx * north - ny * east), along)
-            road_code = np.where(closer, pair, road_code)
-    # Positions along a road count from the foot of a site; the two sites' line meets the axis at the same foot.
-    fields = [a.astype(np.float32) for a in (near, road, half, side, along)]
-    true_east, true_north = (east - 9.0 * bend_x).astype(np.float32), (north - 9.0 * bend_y).astype(np.float32)
-    river = river_distance(salted(world, 14), x, y).astype(np.float32)
-    junction = (second - near).astype(np.float32)
-    return Districts(i, j, code, true_east, true_north, *fields, road_code, junction, river)
+    bend_x, bend_y = (BEND_M * a for a in value_noise(salted(world, 13), x, y, 170.0))
+    i, j, code, east, north = nearest_site(seed, x + bend_x, y + bend_y)
+    return Districts(
+        i=i,
+        j=j,
+        code=code,
+        # Bent borders, straight parcels: positions in a district are those before bending.
+        east=(east - bend_x).astype(np.float32),
+        north=(north - bend_y).astype(np.float32),
+        river_m=river_distance(salted(world, 14), x, y).astype(np.float32),
+        **borders(seed, i, j, code, east, north),
+    )

@@ -3,11 +3,13 @@
 import numpy as np
 
 from diffnav.data.scenery import kinds, shapes
-from diffnav.data.scenery.layout import DITCH, FENCE, HEDGE, MARGIN, PATH, STREET, TRACK, Layout
+from diffnav.data.scenery.layout import DITCH, FENCE, HEDGE, MARGIN, PATH, TRACK, Layout
 from diffnav.data.scenery.noise import Array, hash_cells, uniform
 
 Stack = list[Array]
 TRAM_M = 14.0
+# Salt of the noise stack that colours the ground and bends the shores.
+GROUND_NOISE = 2
 
 
 def rgb(r: float, g: float, b: float) -> Array:
@@ -16,24 +18,24 @@ def rgb(r: float, g: float, b: float) -> Array:
 
 
 def ground(land: Layout, noise: Stack, tint: Stack, footprint_m: Array) -> Array:
-    """(3, N) the parcels without what stands on them: base colour, patches, grain, rows, tyre tracks, beds."""
+    """(3, N) the bare parcels: base colour, patches, grain, rows, tyre tracks, beds."""
     code, member = land.parcels.code, land.parcel
-    cast = np.stack([0.87 + 0.26 * uniform(code, 2) + 0.10 * (uniform(code, 3 + k) - 0.5) for k in range(3)])
+    cast = np.stack([0.92 + 0.22 * uniform(code, 2) + 0.07 * (uniform(code, 3 + k) - 0.5) for k in range(3)])
     colour = (land.parcels.number("colour").T * cast)[:, member]
-    patches = (noise[4] + noise[5] + noise[6] + noise[7] + noise[8]) * 0.62
+    patches = (noise[4] + noise[5] + noise[6] + noise[7] + noise[8]) * 0.50
     grain = 0.85 * noise[0] + noise[1] + noise[2] + 0.9 * noise[3]
-    light = 1 + land.at("mottle") * patches + land.at("grain") * 0.62 * grain
+    light = 1 + land.at("mottle") * patches + land.at("grain") * 0.55 * grain
     light += rows(land, noise, footprint_m)
     light += beds(land, footprint_m)
     light += 0.10 * (noise[8] + noise[9])
     colour = colour * np.maximum(light, 0.15)
     # Moist and dry patches differ in hue, too.
-    hue = 0.030 * (tint[5] + tint[6] + tint[7]) + 0.020 * (tint[1] + tint[2])
+    hue = land.at("mottle") * (0.06 * (tint[5] + tint[6] + tint[7]) + 0.05 * (tint[1] + tint[2]))
     return colour + np.stack([hue, 0.25 * hue, -0.7 * hue])
 
 
 def rows(land: Layout, noise: Stack, footprint_m: Array) -> Array:
-    """(N,) relative brightness of rows and of tyre tracks, which turn parallel to the edge near the field's end."""
+    """(N,) relative brightness of rows and tyre tracks, which turn along the edge at the field's end."""
     code, member = land.parcels.code, land.parcel
     turned = uniform(code, 6) < 0.3
     ends = land.parcels.half_u[member] - np.abs(land.u) < 5.0
@@ -56,6 +58,22 @@ def beds(land: Layout, footprint_m: Array) -> Array:
     tone = uniform(hash_cells(31, land.parcels.code[land.parcel], bu, bv)) - 0.5
     gap = shapes.stripe(shapes.repeated(land.v, 3.0), 0.2, footprint_m)
     return strength * np.clip(1.5 - 0.3 * footprint_m, 0, 1) * (1.6 * tone * (1 - gap) - 0.3 * gap)
+
+
+def pitches(colour: Array, land: Layout, footprint_m: Array) -> Array:
+    """(3, N) with the white lines of football pitches, 62 x 40 m."""
+    on = (land.parcels.kind == kinds.index(kinds.PITCH))[land.parcel]
+    if not on.any():
+        return colour
+    u, v = np.abs(land.u), np.abs(land.v)
+    lines = [
+        shapes.box_distance(u, v, 31.0, 20.0),
+        shapes.box_distance(u - 26.0, v, 5.0, 10.0),
+        np.hypot(u, v) - 7.0,
+        np.where(v < 20.0, u, 1e3),
+    ]
+    chalk = np.max([shapes.stripe(line, 0.07, footprint_m) for line in lines], axis=0)
+    return shapes.blend(colour, rgb(0.88, 0.90, 0.86), 0.85 * on * chalk)
 
 
 def edges(colour: Array, land: Layout, noise: Stack, footprint_m: Array) -> Array:
@@ -104,8 +122,8 @@ def water_m(land: Layout, noise: Stack) -> Array:
 
 
 def water(colour: Array, distance_m: Array, x: Array, y: Array, noise: Stack, footprint_m: Array) -> Array:
-    """(3, N) with wet banks and water: dark in the deep, greenish at the shore, rippled and with drifting scum."""
-    if distance_m.min() > 8:
+    """(3, N) with wet banks and water: dark in the deep, green at the shore, rippled, with scum."""
+    if distance_m.min() > 4 + footprint_m.max():
         return colour
     bank = np.clip(1 - distance_m / 4.0, 0, 1) * 0.55
     colour = shapes.blend(colour, rgb(0.36, 0.35, 0.24) * (1 + 0.35 * (noise[1] + noise[2] + noise[3])), bank)
@@ -116,6 +134,3 @@ def water(colour: Array, distance_m: Array, x: Array, y: Array, noise: Stack, fo
     scum = np.clip(3.0 * (noise[3] + noise[6] + noise[2]) - 2.0 - 1.5 * depth, 0, 1) * 0.7
     tone = shapes.blend(tone, rgb(0.45, 0.50, 0.30) * (1 + 0.2 * noise[1]), scum)
     return shapes.blend(colour, tone, shapes.inside(distance_m, footprint_m))
-
-
-STREET_EDGES = (STREET,)

@@ -10,10 +10,10 @@ from diffnav.data.scenery.districts import COMMERCE, FARMLAND, GREEN, SETTLEMENT
 class Kind(NamedTuple):
     """The looks of a parcel.
 
-    colour: mean RGB in [0, 1]. row_m: distance of its rows, metres. rows: their contrast, relative. tram: contrast of
-    tyre tracks 14 m apart. mottle: contrast of patches (3-100 m). grain: contrast of texture (0.2-2 m). beds: contrast
-    of small beds 3 x 7 m. trees, bushes: share of tree and bush cells that are taken. buildings: 0 none, 1 a house
-    and a shed, 2 a farmstead, 3 halls.
+    colour: mean RGB in [0, 1]. row_m: distance of its rows, metres. rows: their contrast, relative. tram:
+    contrast of tyre tracks 14 m apart. mottle: of patches of 3-100 m. grain: of texture of 0.2-2 m. beds: of
+    small beds of 3 x 7 m. trees, bushes: share of tree and bush cells that are taken. buildings: 0 none, 1 a
+    house and a shed, 2 a farmstead, 3 halls.
     """
 
     colour: tuple[float, float, float]
@@ -40,12 +40,12 @@ VINEYARD = Kind((0.42, 0.42, 0.27), row_m=2.3, rows=0.30, grain=0.36)
 POLYTUNNELS = Kind((0.66, 0.67, 0.67), row_m=6.5, rows=0.22, mottle=0.08, grain=0.12)
 ALLOTMENTS = Kind((0.40, 0.41, 0.28), row_m=0.9, rows=0.06, beds=0.34, grain=0.40, trees=0.05, bushes=0.20)
 GARDEN = Kind((0.37, 0.43, 0.26), mottle=0.30, grain=0.40, beds=0.10, trees=0.13, bushes=0.20, buildings=1)
-PAVED_GARDEN = Kind((0.50, 0.48, 0.43), mottle=0.20, grain=0.26, beds=0.14, trees=0.06, bushes=0.12, buildings=1)
+PAVED_GARDEN = Kind((0.50, 0.48, 0.43), mottle=0.14, grain=0.24, beds=0.14, trees=0.06, bushes=0.12, buildings=1)
 FARMSTEAD = Kind((0.50, 0.47, 0.40), mottle=0.34, grain=0.36, trees=0.06, bushes=0.05, buildings=2)
-HALL = Kind((0.47, 0.46, 0.45), mottle=0.20, grain=0.22, trees=0.02, bushes=0.03, buildings=3)
-PARKING = Kind((0.41, 0.41, 0.42), mottle=0.18, grain=0.20, trees=0.04)
+HALL = Kind((0.47, 0.46, 0.45), mottle=0.11, grain=0.18, trees=0.02, bushes=0.03, buildings=3)
+PARKING = Kind((0.40, 0.40, 0.41), mottle=0.10, grain=0.17, trees=0.04)
 STORAGE_YARD = Kind((0.50, 0.47, 0.42), mottle=0.34, grain=0.34, beds=0.30, bushes=0.02)
-WOOD = Kind((0.20, 0.25, 0.15), mottle=0.40, grain=0.55, trees=0.97, bushes=0.70)
+WOOD = Kind((0.23, 0.28, 0.17), mottle=0.40, grain=0.55, trees=0.97, bushes=0.70)
 CLEARING = Kind((0.42, 0.42, 0.28), mottle=0.36, grain=0.48, trees=0.15, bushes=0.45)
 PARK = Kind((0.37, 0.45, 0.25), row_m=5.0, rows=0.03, mottle=0.28, grain=0.32, trees=0.28, bushes=0.10)
 PITCH = Kind((0.35, 0.46, 0.25), row_m=9.0, rows=0.07, mottle=0.14, grain=0.26)

@@ -1,7 +1,7 @@
 """The fine layout: each district's own grid of parcels, their kinds, and what runs along their edges.
 
-A parcel grid is turned by an angle of its district's; strips of parcels are `depth` deep, and within a strip the
-parcels are `width` wide with jittered sides.
+A parcel grid is turned by an angle of its district's; strips of parcels are `depth` deep, and within a strip
+the parcels are `width` wide with jittered sides.
 """
 
 from dataclasses import dataclass
@@ -11,7 +11,6 @@ import numpy as np
 from diffnav.data.scenery import kinds
 from diffnav.data.scenery.districts import (
     COMMERCE,
-    DISTRICT_M,
     FARMLAND,
     GREEN,
     SETTLEMENT,
@@ -52,8 +51,11 @@ EDGE_HALF_M = np.array([0.0, 0.35, 1.1, 0.8, 1.6, 1.1, 0.12, 3.0], np.float32)
 
 @dataclass(frozen=True)
 class Parcels:
-    """M parcels, every field (M,): kind (row of kinds.COLUMNS), code (hash), world position (float64) of the centre,
-    half sides along u and v (metres), angle of u against east (radians), and code of the district."""
+    """M parcels; every field is (M,).
+
+    kind: row of kinds.COLUMNS. code: hash. x, y: world position of the centre, float64 metres. half_u,
+    half_v: half sides, metres. angle: of the u axis against east, radians. district: hash of the district.
+    """
 
     kind: Array
     code: Array
@@ -73,9 +75,10 @@ class Parcels:
 class Layout:
     """The land at N points; every array is (N,).
 
-    u, v: metres from the parcel's centre. strip_edge, side_edge: what runs along the nearest edge, OPEN ... STREET;
-    strip_edge_m, side_edge_m: signed distance from it. strip_m: position along the strip. strip_code: the strip
-    edge's hash. parcel: index into `parcels`.
+    parcel: index into `parcels`. u, v: metres from the parcel's centre. strip_edge, side_edge: what runs
+    along the nearest edge between strips and between parcels of a strip, OPEN ... STREET. strip_edge_m,
+    side_edge_m: signed distance from it. strip_m: position along the strip, metres. strip_code: the strip
+    edge's hash.
     """
 
     districts: Districts
@@ -131,9 +134,7 @@ def layout(world: int, x: Array, y: Array) -> Layout:
     strip_edge_m = (v - edge_row * depth).astype(np.float32)
     side_edge_m = np.where(to_left, u - left, u - right).astype(np.float32)
     pu, pv = (u - mid_u).astype(np.float32), (v - mid_v).astype(np.float32)
-    return Layout(
-        d, parcels, member, pu, pv, strip_edge, side_edge, strip_edge_m, side_edge_m, u, strip_code
-    )
+    return Layout(d, parcels, member, pu, pv, strip_edge, side_edge, strip_edge_m, side_edge_m, u, strip_code)
 
 
 def _parcels(d: Districts, use: Array, angle: Array, cells: list[Array], first: Array) -> Parcels:
@@ -145,8 +146,8 @@ def _parcels(d: Districts, use: Array, angle: Array, cells: list[Array], first: 
     c, s = np.cos(angle), np.sin(angle)
     site_x, site_y = site(district, d.i[first], d.j[first])
     x, y = site_x + (c * mid_u - s * mid_v), site_y + (s * mid_u + c * mid_v)
-    halves = [(0.5 * a).astype(np.float32) for a in (width, depth)]
-    return Parcels(kind, code, x, y, *halves, angle, district)
+    half_u, half_v = (0.5 * width).astype(np.float32), (0.5 * depth).astype(np.float32)
+    return Parcels(kind, code, x, y, half_u, half_v, angle, district)
 
 
 def built_edge_m(land: Layout) -> Array:
@@ -158,6 +159,3 @@ def built_edge_m(land: Layout) -> Array:
         on = np.where(made[edge], np.abs(offset) - EDGE_HALF_M[edge], 1e3)
         distance = np.minimum(distance, on)
     return distance
-
-
-__all__ = ["DISTRICT_M", "Layout", "Parcels", "built_edge_m", "layout"]

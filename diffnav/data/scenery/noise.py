@@ -1,7 +1,8 @@
 """Hashed randomness over the plane: the same number at the same place, whatever else is rendered.
 
-Integer hashing of cell coordinates replaces a random generator, so the world needs no state, no order and no end.
-All arrays are numpy; positions are float64 metres (far from the origin float32 would lose them), values float32.
+Integer hashing of cell coordinates replaces a random generator, so the world needs no state, no order and no
+end. All arrays are numpy; positions are float64 metres (far from the origin float32 would lose them), values
+float32.
 """
 
 import numpy as np
@@ -12,7 +13,7 @@ SPACINGS_M = (0.2, 0.4, 0.8, 1.6, 3.2, 6.4, 12.8, 25.6, 51.2, 102.4)
 
 
 def mix(h: Array) -> Array:
-    """uint32 (...) scrambled so that every input bit reaches every output bit (the lowbias32 hash of C. Wellons)."""
+    """uint32 scrambled: every input bit reaches every output bit (C. Wellons' lowbias32)."""
     h = (h ^ (h >> np.uint32(16))) * np.uint32(0x7FEB352D)
     h ^= h >> np.uint32(15)
     h *= np.uint32(0x846CA68B)
@@ -32,10 +33,10 @@ def salted(seed: int, salt: int) -> int:
 
 def hash_cells(seed: int, *cells: Array) -> Array:
     """uint32 hash of integer coordinates, broadcast together; coordinates count modulo 2^32."""
-    h = np.uint32(seed)
+    h = np.full((), seed, np.uint32)
     for cell in cells:
         h = mix(np.asarray(cell).astype(np.uint32) * np.uint32(0x9E3779B1) ^ h)
-    return np.asarray(h)
+    return h
 
 
 def uniform(h: Array, salt: int = 0) -> Array:
@@ -75,14 +76,16 @@ def value_noise(seed: int, x: Array, y: Array, spacing_m: float) -> tuple[Array,
 
 
 def octaves(seed: int, x: Array, y: Array, footprint_m: Array) -> tuple[list[Array], list[Array]]:
-    """Two stacks of noise, one array a spacing of SPACINGS_M; octaves finer than a pixel's footprint fade out.
+    """Two stacks of noise, an array for each of SPACINGS_M; octaves finer than a pixel fade out.
 
-    Octaves of one amplitude, each twice as coarse as the last, have the 1/f amplitude spectrum of natural images.
+    Octaves of one amplitude, each twice as coarse as the last, have the 1/f amplitude spectrum of natural
+    images.
     """
     first, second = [], []
     for k, spacing in enumerate(SPACINGS_M):
-        weight = np.exp(-0.7 * (footprint_m / spacing) ** 2)
-        if float(weight.max()) < 0.02:
+        # Exactly zero where it no longer matters, so that skipping an octave changes no pixel.
+        weight = np.maximum(np.exp(-0.7 * (footprint_m / spacing) ** 2) - 0.02, 0) / 0.98
+        if not weight.any():
             a = b = np.zeros_like(x, dtype=np.float32)
         else:
             a, b = value_noise(salted(seed, 900 + k), x, y, spacing)
@@ -107,7 +110,8 @@ def group(*cells: Array) -> tuple[Array, Array]:
 def neighbourhood(x: Array, y: Array, cell_m: float) -> tuple[Array, Array, Array]:
     """The square cells around points: what may reach a point lies in the 3 x 3 cells about it.
 
-    Returns: i, j (M,) int64, the distinct cells touched; table (N, 9), each point's nine cells as indices into them.
+    Returns: i, j (M,) int64, the distinct cells touched; table (N, 9), each point's nine cells as indices
+    into them.
     """
     i, j = np.floor(x / cell_m).astype(np.int64), np.floor(y / cell_m).astype(np.int64)
     index, inverse = group(i, j)

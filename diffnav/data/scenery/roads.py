@@ -3,7 +3,7 @@
 import numpy as np
 
 from diffnav.data.scenery import kinds, shapes
-from diffnav.data.scenery.districts import LANE_HALF_M
+from diffnav.data.scenery.districts import GRAVEL_HALF_M, LANE_HALF_M
 from diffnav.data.scenery.ground import Stack, rgb
 from diffnav.data.scenery.layout import STREET, Layout
 from diffnav.data.scenery.noise import Array, hash_cells, uniform
@@ -15,8 +15,11 @@ CAR_COLOURS = np.array(
         [0.70, 0.72, 0.74],
         [0.12, 0.12, 0.13],
         [0.30, 0.31, 0.33],
-        [0.55, 0.12, 0.11],
-        [0.14, 0.22, 0.42],
+        [0.46, 0.15, 0.13],
+        [0.18, 0.24, 0.36],
+        [0.90, 0.90, 0.90],
+        [0.60, 0.61, 0.62],
+        [0.20, 0.20, 0.21],
         [0.96, 0.96, 0.95],
         [0.45, 0.44, 0.40],
     ],
@@ -41,8 +44,10 @@ def streets(colour: Array, land: Layout, noise: Stack, footprint_m: Array) -> Ar
     if not on.any():
         return colour
     offset, along = land.strip_edge_m, land.strip_m
-    slabs = 1 + 0.08 * (noise[1] + noise[2] + noise[5]) - 0.1 * shapes.stripe(
-        shapes.repeated(along, 2.0), 0.08, footprint_m
+    slabs = (
+        1
+        + 0.08 * (noise[1] + noise[2] + noise[5])
+        - 0.1 * shapes.stripe(shapes.repeated(along, 2.0), 0.08, footprint_m)
     )
     colour = shapes.blend(colour, rgb(0.58, 0.56, 0.53) * slabs, on * shapes.stripe(offset, 4.4, footprint_m))
     tone = 0.36 + 0.12 * uniform(land.strip_code, 3)
@@ -56,7 +61,7 @@ def streets(colour: Array, land: Layout, noise: Stack, footprint_m: Array) -> Ar
 def main_roads(colour: Array, land: Layout, noise: Stack, footprint_m: Array) -> Array:
     """(3, N) with the roads along district borders: verge, asphalt, lines, traffic."""
     d = land.districts
-    if d.road_m.min() > 14:
+    if d.road_m.min() > 8 + footprint_m.max():
         return colour
     half, offset, along = d.road_half_m, d.road_side_m, d.road_along_m
     wide = half > LANE_HALF_M + 0.1
@@ -67,7 +72,8 @@ def main_roads(colour: Array, land: Layout, noise: Stack, footprint_m: Array) ->
     colour = shapes.blend(colour, gravel, shapes.inside(d.road_m - half - 0.4 - 0.2 * noise[3], footprint_m))
     tone = 0.34 + 0.16 * uniform(d.road_code, 4)
     lanes = 0.04 * shapes.stripe(np.abs(np.abs(offset) - 2.0) - 0.8, 0.3, np.maximum(footprint_m, 0.6))
-    surface = asphalt(noise, tone - lanes)
+    paved = half > GRAVEL_HALF_M + 0.1
+    surface = np.where(paved, asphalt(noise, tone - lanes), gravel * (1 - 3 * lanes))
     colour = shapes.blend(colour, surface, shapes.inside(d.road_m - half, footprint_m))
     # Lines stop where roads meet.
     clear = np.clip((d.junction_m - 2.2 * half) / 1.0, 0, 1) * wide * (0.85 + 0.25 * noise[3])
@@ -111,8 +117,8 @@ def cars(
 ) -> Array:
     """(3, N) with a line of cars where `on`: one place every `period_m`, a `share` of them taken.
 
-    along, across: position along the line and signed offset from the cars' axis, metres. lane: hash of the line.
-    turned: the cars stand across the line (in bays), else along it.
+    along, across: position along the line and signed offset from the cars' axis, metres. lane: hash of the
+    line. turned: the cars stand across the line (in bays), else along it.
     """
     place = np.floor(along / period_m)
     code = hash_cells(44, lane, place.astype(np.int64))

@@ -1,6 +1,7 @@
 """How much of a pixel a shape covers: signed distances and box-filtered edges, so that nothing aliases.
 
-Distances are metres, negative inside; `footprint_m` is the side of a pixel on the ground; coverages lie in [0, 1].
+Distances are metres, negative inside; `footprint_m` is the side of a pixel on the ground; coverages are in
+[0, 1].
 """
 
 import numpy as np
