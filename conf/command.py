@@ -5,7 +5,7 @@ import functools
 import os
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +16,7 @@ from hydra.errors import HydraException, OverrideParseException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from conf.checks import refuse_misfits
 from diffnav.errors import UserError
 
 CONF = Path(__file__).parent
@@ -40,6 +41,7 @@ def command(name: str) -> Callable[[Callable[[DictConfig], Any]], Callable[[], N
         @functools.wraps(main)
         def job(cfg: DictConfig) -> Any:
             try:
+                refuse_misfits(cfg, _defaults(name))
                 return main(cfg)
             except Exception as error:
                 # Hydra's own handling of a job's exception prints more than the sentence.
@@ -77,6 +79,23 @@ def pick_device(name: str) -> torch.device:
     return torch.device("cuda" if name != "cpu" and torch.cuda.is_available() else "cpu")
 
 
+def picture_size(key: str, value: Any) -> tuple[int, int] | None:
+    """The (h, w) that the setting `key` means, None for null. Raises: UserError."""
+    if value is None:
+        return None
+    sides = list(value) if isinstance(value, Sequence) else []
+    if len(sides) != 2 or any(type(side) is not int or side < 16 for side in sides):
+        raise UserError(f"{key} must be [height, width], each 16 or more, or null; got {value}")
+    return sides[0], sides[1]
+
+
+def whole_number(key: str, value: Any, least: int) -> int:
+    """The value of the setting `key`. Raises: UserError if it is no whole number from `least` on."""
+    if type(value) is not int or value < least:
+        raise UserError(f"{key} must be a whole number of {least} or more, got {value!r}")
+    return value
+
+
 def choices(group: str) -> list[str]:
     """The names that exist in a group of configurations."""
     return sorted(path.stem for path in (CONF / group).glob("*.yaml"))
@@ -87,8 +106,17 @@ def choice(group: str, name: str, overrides: DictConfig | None = None) -> DictCo
     if name not in choices(group):
         raise UserError(f"unknown {group} {name!r}; there are {', '.join(choices(group))}")
     cfg = OmegaConf.load(CONF / group / f"{name}.yaml")
-    OmegaConf.set_struct(cfg, True)
+    for key in overrides or {}:
+        if key not in cfg or key == "_target_":
+            known = ", ".join(str(setting) for setting in cfg if setting != "_target_") or "none"
+            raise UserError(f"{group} {name} has no setting {key}; its settings: {known}")
     return OmegaConf.merge(cfg, overrides or {})  # type: ignore[return-value]
+
+
+def _defaults(name: str) -> DictConfig:
+    """conf/NAME.yaml with the groups that the command line chose, and nothing else of it."""
+    given = HydraConfig.get().overrides.task
+    return hydra.compose(name, [one for one in given if (CONF / one.lstrip("+").split("=")[0].split("@")[0]).is_dir()])
 
 
 def _leave(error: Exception) -> None:
@@ -126,7 +154,9 @@ def _sentence(error: Exception) -> str:
         target, reason = called.groups()
         return f"a setting of {target.rsplit('.', 1)[-1]} has a value that it cannot take: {reason.splitlines()[0]}"
     line = " ".join(text.split("\n")[0].split())
-    if isinstance(error, OverrideParseException) or text.startswith("Ambiguous value"):
+    if text.startswith("Ambiguous value"):
+        return f"{line}; write key=[a,b] for a list, or quote a value with commas twice: 'key=\"a, b\"'"
+    if isinstance(error, OverrideParseException):
         return f"{line}; quote a value with spaces, commas or = twice: 'key=\"a b, c=d\"'"
     return line
 

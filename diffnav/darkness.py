@@ -1,8 +1,8 @@
 """Synthetic darkness: Eq. 9 of the paper, and beyond it blur, colour cast and sensor noise.
 
 A darkening is drawn once from a seed (`DarknessModel.draw`) into a `Darkening`, the record that holds every
-number needed to repeat or to invert it; `darken` applies a record. Order, as light travels: motion blur, colour
-cast, Eq. 9, shot and read noise, 8 bit, JPEG.
+number needed to repeat or to invert it; `darken` applies a record. Order, as light travels: motion blur,
+colour cast, Eq. 9, shot and read noise, 8 bit, JPEG.
 """
 
 import math
@@ -24,8 +24,8 @@ class Darkening:
     """The record of one darkening.
 
     gamma: exponent of Eq. 9. maximum: M, the daylight image's largest value over all channels, in [0, 1].
-    quality: JPEG quality 1-100, 0 for none. seed: the noise's. shot, read: standard deviations of the noise at
-    full and at zero intensity. blur_px, blur_deg: length and direction of the motion blur (1 px: none).
+    quality: JPEG quality 1-100, 0 for none. seed: the noise's. shot, read: noise variance is shot^2 I + read^2.
+    blur_px, blur_deg: pixels that the motion blur covers (1: none) and its direction, from x towards y (down).
     cast: gains of R, G, B. normal: the daylight image, kept for the `normal` enhancer, not part of the record.
     """
 
@@ -42,7 +42,7 @@ class Darkening:
 
     @property
     def A(self) -> float:
-        """The constant of Eq. 9, M^(1 - gamma), so that the brightest value stays (D14); 0 for a black image."""
+        """The constant of Eq. 9, M^(1 - gamma): the brightest value stays (D14); 0 for a black image."""
         return self.maximum ** (1 - self.gamma) if self.maximum > 0 else 0.0
 
     def numbers(self) -> dict:
@@ -56,8 +56,10 @@ class Darkening:
 class DarknessModel:
     """The distribution that darkenings are drawn from; every range is (low, high), drawn uniformly.
 
-    gamma: U(3, 5) in the paper. quality: JPEG quality. shot, read: noise at full and zero intensity, in [0, 1].
-    blur_px: length of the motion blur in pixels. cast: each channel's gain is drawn from 1 +- cast.
+    gamma: U(3, 5) in the paper. quality: JPEG quality, whole numbers. shot, read: noise, on [0, 1]. blur_px:
+    length of the motion blur in pixels. cast: each channel's gain is drawn from 1 +- cast.
+
+    Raises: UserError if a range is not two numbers in order, or lies outside its limits.
     """
 
     gamma: Range = (3.0, 5.0)
@@ -69,16 +71,13 @@ class DarknessModel:
 
     def __post_init__(self) -> None:
         for name in ("gamma", "quality", "shot", "read", "blur_px"):
-            values = getattr(self, name)
-            if len(values) != 2 or values[0] > values[1] or values[0] < 0:
-                raise UserError(f"darkness.{name} must be two numbers, low and high, not below 0; got {list(values)}")
-            object.__setattr__(self, name, tuple(values))
+            object.__setattr__(self, name, _range(name, getattr(self, name)))
         if self.gamma[0] <= 0:
             raise UserError(f"darkness.gamma must be above 0; got {list(self.gamma)}")
-        if self.quality[1] > 100:
-            raise UserError(f"darkness.quality must be 1 to 100, or 0 for no JPEG; got {list(self.quality)}")
-        if not 0 <= self.cast < 1:
-            raise UserError(f"darkness.cast must be at least 0 and below 1; got {self.cast}")
+        if self.quality[1] > 100 or any(value != int(value) for value in self.quality):
+            raise UserError(f"darkness.quality must be whole, 1 to 100, or 0 for none; got {list(self.quality)}")
+        if not isinstance(self.cast, int | float) or not 0 <= self.cast < 1:
+            raise UserError(f"darkness.cast must be a number from 0 to below 1; got {self.cast}")
 
     def draw(self, maximum: float, seed: int) -> Darkening:
         """The darkening of an image with this maximum, a pure function of `seed`.
@@ -89,17 +88,33 @@ class DarknessModel:
         gamma, shot, read, blur_px = (
             float(dice.uniform(*bounds)) for bounds in (self.gamma, self.shot, self.read, self.blur_px)
         )
+        low, high = (int(value) for value in self.quality)
+        quality = int(dice.integers(low, high + 1))
+        blur_deg = float(dice.uniform(0, 180))
+        red, green, blue = (float(gain) for gain in dice.uniform(1 - self.cast, 1 + self.cast, 3))
         return Darkening(
             gamma=gamma,
             maximum=float(maximum),
-            quality=int(dice.integers(self.quality[0], self.quality[1] + 1)),
+            quality=quality,
             seed=seed,
             shot=shot,
             read=read,
             blur_px=max(blur_px, 1.0),
-            blur_deg=float(dice.uniform(0, 180)),
-            cast=tuple(float(gain) for gain in dice.uniform(1 - self.cast, 1 + self.cast, 3)),  # type: ignore[arg-type]
+            blur_deg=blur_deg,
+            cast=(red, green, blue),
         )
+
+
+def _range(name: str, values: Range) -> Range:
+    """(low, high) as a tuple. Raises: UserError if it is anything but two numbers in order, from 0 on."""
+    try:
+        low, high = values
+        fits = 0 <= low <= high < math.inf
+    except (TypeError, ValueError):
+        fits = False
+    if not fits:
+        raise UserError(f"darkness.{name} must be two numbers, low and high, not below 0; got {values}")
+    return low, high
 
 
 def darken(image: Tensor, record: Darkening) -> Tensor:
@@ -107,11 +122,16 @@ def darken(image: Tensor, record: Darkening) -> Tensor:
 
     Source: Eq. 9 with A = M^(1 - gamma); the rest goes beyond the paper.
     """
-    dark = apply_gamma(_cast(_motion_blur(image, record.blur_px, record.blur_deg), record.cast), record)
-    dark = _add_noise(dark, record)
+    dark = expose(image, record)
     if record.quality == 0:
         return quantise(dark)
     return from_uint8(jpeg_round_trip(to_uint8(dark), record.quality))
+
+
+def expose(image: Tensor, record: Darkening) -> Tensor:
+    """The dark image before it is stored: (3, H, W) in [0, 1] -> the same, noise reaching a little further."""
+    dark = apply_gamma(_cast(_motion_blur(image, record.blur_px, record.blur_deg), record.cast), record)
+    return _add_noise(dark, record)
 
 
 def apply_gamma(image: Tensor, record: Darkening) -> Tensor:
@@ -144,11 +164,15 @@ def _add_noise(image: Tensor, record: Darkening) -> Tensor:
 
 
 def _motion_blur(image: Tensor, length_px: float, direction_deg: float) -> Tensor:
-    """Average along a straight line of `length_px` (long exposure in level flight); 1 px changes nothing."""
+    """Average along a straight line that covers `length_px` pixels, the border replicated; 1 px changes nothing.
+
+    It is the path of length_px - 1 between the first and the last pixel's centre: long exposure in level flight.
+    """
     if length_px <= 1:
         return image
     radius = math.ceil(length_px / 2)
-    offsets = torch.linspace(-(length_px - 1) / 2, (length_px - 1) / 2, 8 * radius + 1, dtype=torch.float64)
+    samples = 16 * radius
+    offsets = ((torch.arange(samples, dtype=torch.float64) + 0.5) / samples - 0.5) * (length_px - 1)
     x = radius + offsets * math.cos(math.radians(direction_deg))
     y = radius + offsets * math.sin(math.radians(direction_deg))
     kernel = np.zeros((2 * radius + 2, 2 * radius + 2))

@@ -1,4 +1,4 @@
-"""Files <-> RGB float tensors: the only place that knows uint8, EXIF, 16 bit, palettes, alpha and CMYK.
+"""Files <-> RGB float tensors: with `decoding`, the only place that knows uint8, EXIF, 16 bit, alpha, CMYK.
 
 Images are float32 RGB tensors `(3, H, W)` in [0, 1] unless a docstring says otherwise.
 """
@@ -11,108 +11,99 @@ from pathlib import Path
 import cv2
 import numpy as np
 import torch
-from PIL import Image, ImageFile, ImageOps, UnidentifiedImageError
+from PIL import Image, UnidentifiedImageError
 from torch import Tensor
 
+from diffnav.decoding import MAX_PIXELS, ORIENTATION_TAG, ImageError, decode
 from diffnav.errors import UserError
 
 IMAGE_SUFFIXES = frozenset({".jpg", ".jpeg", ".png", ".bmp", ".tif", ".tiff", ".webp", ".ppm", ".pgm"})
-_WIDE_MODES = frozenset({"I", "I;16", "I;16L", "I;16B", "I;16N", "F"})
-# Satellite maps pass Pillow's guard against decompression bombs (89 Mpx); this one still stops absurd sizes.
-MAX_PIXELS = 1_000_000_000
-
-
-class ImageError(UserError):
-    """An image file that cannot be used; the sentence names it and says why."""
+# EXIF orientation -> axes of (3, H, W) to flip; from 5 on rows and columns are exchanged first.
+_FLIPS = {2: (2,), 3: (1, 2), 4: (1,), 6: (2,), 7: (1, 2), 8: (1,)}
+# Below tag 700 a TIFF's directory describes its own pixels, wrong for any other file, except for these:
+# names, description, camera, resolution, software, time, artist.
+_TIFF_KEPT = frozenset({269, 270, 271, 272, 282, 283, 296, 305, 306, 315, 316})
+# The colour profile: of CMYK or grey it would spoil the RGB written here.
+_PROFILE_TAG = 34675
 
 
 def find_images(folder: Path) -> list[Path]:
-    """All image files below `folder`, sorted by path; hidden files and other kinds are passed over.
+    """All image files below `folder`, sorted by path; what is hidden or of another kind is passed over.
 
     Raises: UserError if the folder is missing or holds no image.
     """
     folder = Path(folder).expanduser()
     if not folder.is_dir():
         raise UserError(f"no folder {folder}: give an existing folder of images")
-    # os.walk, not rglob: links to folders are followed, as users of shared data disks expect.
-    found = sorted(
-        Path(root) / name
-        for root, _, names in os.walk(folder, followlinks=True)
-        for name in names
-        if Path(name).suffix.lower() in IMAGE_SUFFIXES and not name.startswith(".")
-    )
+    found: list[Path] = []
+    seen: set[str] = set()
+    # os.walk, not rglob: links to folders are followed, as users of shared disks expect, none of them twice.
+    for root, folders, names in os.walk(folder, followlinks=True):
+        folders[:] = sorted(name for name in folders if not name.startswith("."))
+        real = os.path.realpath(root)
+        if real in seen:
+            folders.clear()
+            continue
+        seen.add(real)
+        found += [
+            Path(root) / name
+            for name in names
+            if Path(name).suffix.lower() in IMAGE_SUFFIXES and not name.startswith(".")
+        ]
     if not found:
         kinds = " ".join(sorted(IMAGE_SUFFIXES))
         raise UserError(f"no images in {folder}: it should hold files of the kinds {kinds}")
-    return found
+    return sorted(found)
 
 
-def read_image(path: Path, upright: bool = True) -> Tensor:
-    """The picture in a file as (3, H, W) float32 RGB in [0, 1].
+def read_image(path: Path) -> Tensor:
+    """The picture in a file as (3, H, W) float32 RGB in [0, 1], upright as its EXIF orientation says.
 
-    Grey becomes three equal channels, 16 bit is scaled by 65,535, palette and CMYK are converted, alpha is laid
-    over black, floating-point files must lie in [0, 1]. `upright` turns the picture as its EXIF orientation says.
+    Grey becomes three equal channels, 16 bit is scaled by 65,535, palette and CMYK are converted, alpha is
+    laid over black, floating-point files must lie in [0, 1].
 
     Raises: ImageError if the file is missing, truncated, or no image.
     """
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            Image.MAX_IMAGE_PIXELS = MAX_PIXELS
-            ImageFile.LOAD_TRUNCATED_IMAGES = False
-            with Image.open(path) as file:
-                picture = ImageOps.exif_transpose(file) if upright else file
-                picture.load()
-                return _to_tensor(picture, path)
+            image, orientation = decode(Path(path))
+    except ImageError:
+        raise
     except FileNotFoundError:
         raise ImageError(f"{path}: no such file") from None
     except UnidentifiedImageError:
         raise ImageError(f"{path}: not an image that can be read; remove it or save it again") from None
-    except ImageError:
-        raise
     except Image.DecompressionBombError:
         raise ImageError(f"{path}: more than {2 * MAX_PIXELS:,} pixels; cut it into smaller images") from None
-    except (OSError, SyntaxError, ValueError, EOFError, IndexError, TypeError) as error:
-        raise ImageError(f"{path}: damaged image ({error}); replace or remove it") from None
-
-
-def _to_tensor(picture: Image.Image, path: Path) -> Tensor:
-    if picture.mode in _WIDE_MODES:
-        return _wide_to_tensor(picture, path)
-    if picture.mode in ("RGBA", "LA", "PA", "RGBa", "La") or "transparency" in picture.info:
-        rgba = picture.convert("RGBA")
-        black = Image.new("RGBA", rgba.size, (0, 0, 0, 255))
-        picture = Image.alpha_composite(black, rgba)
-    return from_uint8(np.asarray(picture.convert("RGB")))
-
-
-def _wide_to_tensor(picture: Image.Image, path: Path) -> Tensor:
-    values = np.asarray(picture).astype(np.float32)
-    if not np.isfinite(values).all():
-        raise ImageError(f"{path}: holds NaN or infinite values; save it with values from 0 to 1")
-    if picture.mode != "F":
-        values = values / 65535.0
-    if values.min() < 0 or values.max() > 1:
-        raise ImageError(f"{path}: values from {values.min():g} to {values.max():g}; expected 0 to 1 or 16 bit")
-    return torch.from_numpy(values).expand(3, -1, -1).contiguous()
+    except Exception as error:  # each decoder fails in its own way: struct.error, zlib.error, cv2.error, ...
+        if isinstance(error, OSError) and error.strerror:
+            raise ImageError(f"{path}: cannot be read ({error.strerror})") from None
+        reason = " ".join((str(error) or type(error).__name__).split())
+        raise ImageError(f"{path}: damaged image ({reason}); replace or remove it") from None
+    if orientation >= 5:
+        image = image.transpose(1, 2)
+    flips = _FLIPS.get(orientation)
+    return (image.flip(flips) if flips else image).contiguous()
 
 
 def read_exif(path: Path) -> bytes:
-    """The file's EXIF block with the orientation tag reset to upright; empty if there is none.
-
-    Raises: ImageError if the file is no image.
-    """
+    """The file's EXIF block with the orientation reset to upright; empty if none can be read."""
     try:
-        with Image.open(path) as file:
-            exif = file.getexif()
-    except (OSError, SyntaxError, ValueError) as error:
-        raise ImageError(f"{path}: not an image that can be read ({error})") from None
-    exif.pop(0x0112, None)
-    return exif.tobytes() if len(exif) else b""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            with Image.open(path) as file:
+                exif = file.getexif()
+                layout = {tag for tag in exif if tag < 700 and tag not in _TIFF_KEPT} | {_PROFILE_TAG}
+                for tag in layout if file.format == "TIFF" else {ORIENTATION_TAG}:
+                    exif.pop(tag, None)
+                return exif.tobytes() if len(exif) else b""
+    except Exception:  # a damaged block raises anything; the picture is worth more than its tags
+        return b""
 
 
 def write_image(path: Path, image: Tensor, quality: int = 95, exif: bytes = b"") -> None:
-    """Write (3, H, W) in [0, 1] to `path` in the format its ending names; the file appears whole or not at all.
+    """Write (3, H, W) in [0, 1] to `path` in the format its ending names; whole or not at all.
 
     Raises: UserError if the ending names no writable image format or the folder cannot be written.
     """
@@ -126,16 +117,20 @@ def write_image(path: Path, image: Tensor, quality: int = 95, exif: bytes = b"")
     aside = path.with_name(f".{path.name}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        Image.fromarray(to_uint8(image)).save(aside, format=kind, **options)
-        os.replace(aside, path)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise UserError(f"{path}: cannot be written ({error.strerror or error})") from None
+        try:
+            Image.fromarray(to_uint8(image)).save(aside, format=kind, **options)
+            os.replace(aside, path)
+        finally:
+            aside.unlink(missing_ok=True)
+    except (OSError, ValueError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or error
+        raise UserError(f"{path}: cannot be written ({reason})") from None
 
 
 def to_uint8(image: Tensor) -> np.ndarray:
     """(3, H, W) in [0, 1] -> (H, W, 3) uint8, rounded to the nearest level, clipped."""
-    levels = (image.detach().float().clamp(0, 1) * 255).round().to(torch.uint8)
+    # In place: a satellite map's copies would count.
+    levels = image.detach().float().clamp(0, 1).mul_(255).round_().to(torch.uint8)
     return np.ascontiguousarray(levels.permute(1, 2, 0).cpu().numpy())
 
 
@@ -158,11 +153,13 @@ def jpeg_round_trip(levels: np.ndarray, quality: int) -> np.ndarray:
 
 
 def resize(image: Tensor, size: tuple[int, int]) -> Tensor:
-    """(3, H, W) -> (3, h, w) for `size` (h, w): area filter when shrinking, bicubic when growing (D27)."""
-    height, width = size
-    if image.shape[1:] == (height, width):
-        return image
-    shrinks = height <= image.shape[1] and width <= image.shape[2]
+    """(3, H, W) -> (3, h, w) for `size` (h, w): area filter where it shrinks, bicubic where it grows (D27).
+
+    A pixel's centre x goes to (x + 0.5) w / W - 0.5.
+    """
     pixels = image.permute(1, 2, 0).numpy()
-    scaled = cv2.resize(pixels, (width, height), interpolation=cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC)
-    return torch.from_numpy(scaled).permute(2, 0, 1).clamp(0, 1).contiguous()
+    shrunk = min(size[0], image.shape[1]), min(size[1], image.shape[2])
+    for (height, width), method in ((shrunk, cv2.INTER_AREA), (size, cv2.INTER_CUBIC)):
+        if pixels.shape[:2] != (height, width):
+            pixels = cv2.resize(pixels, (width, height), interpolation=method)
+    return torch.from_numpy(pixels).permute(2, 0, 1).clamp(0, 1).contiguous()

@@ -11,7 +11,7 @@ import torch
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from conf.command import pick_device, plain
+from conf.command import pick_device, picture_size, plain, whole_number
 from diffnav.darkness import DarknessModel
 from diffnav.data.pairs import TrainingPairs, WholePairs
 from diffnav.data.photos import Photo
@@ -41,7 +41,7 @@ def train(cfg: DictConfig, make_stage: Callable[[DictConfig], Stage]) -> dict[st
     crew = join_crew(device)
     try:
         keep_freed_memory()
-        torch.manual_seed(cfg.seed)
+        torch.manual_seed(whole_number("seed", cfg.seed, 0))
         stage = make_stage(cfg).to(device, memory_format=torch.channels_last)
         plan, schedule = instantiate(cfg.training), instantiate(cfg.schedule)
         pairs, validation = make_data(cfg, progress=crew.leads)
@@ -85,13 +85,15 @@ def make_data(cfg: DictConfig, progress: bool) -> tuple[TrainingPairs, Validatio
     photos: list[Photo] = instantiate(cfg.data.photos)
     training, validation = split_photos(photos, **cfg.data.split)
     # Every n-th, so that a small set still sees all validation sources.
-    validation = validation[:: max(1, -(-len(validation) // cfg.validation.photos))]
-    size = tuple(cfg.data.size) if cfg.data.size else None
-    stores = [PhotoStore(side, size, cfg.data.patch, progress) for side in (training, validation)]
+    most = whole_number("validation.photos", cfg.validation.photos, 1)
+    validation = validation[:: -(-len(validation) // most)]
+    patch = whole_number("data.patch", cfg.data.patch, 16)
+    size = picture_size("data.size", cfg.data.size)
+    crop = picture_size("validation.crop", cfg.validation.crop)
+    stores = [PhotoStore(side, size, patch, progress) for side in (training, validation)]
     for problem in (problem for store in stores for problem in store.problems if progress):
         print(f"left out: {problem}", file=sys.stderr)
-    pairs = TrainingPairs(stores[0], darkness, cfg.data.patch, cfg.seed, cfg.data.augment_darkness)
-    crop = tuple(cfg.validation.crop) if cfg.validation.crop else None
+    pairs = TrainingPairs(stores[0], darkness, patch, cfg.seed, cfg.data.augment_darkness)
     return pairs, Validation(WholePairs(stores[1], darkness, cfg.validation.seed, crop))
 
 

@@ -1,6 +1,7 @@
 """Dark and daylight pairs: random patches to train on, whole pictures to measure on."""
 
 import hashlib
+import math
 from dataclasses import replace
 from typing import TypedDict
 
@@ -81,9 +82,10 @@ def dark_window(levels: np.ndarray, top: int, left: int, patch: int, record: Dar
     """The patch of the darkened picture, computed from its surroundings alone: (3, patch, patch).
 
     Equal to darkening all of `levels` (H, W, 3) and cutting (without noise): the surroundings start on JPEG's grid
-    and reach one block, or the blur, further.
+    and reach one block further, whose chroma the decoder interpolates, and the blur's radius beyond it.
     """
-    reach = JPEG_GRID * (1 + int(record.blur_px // (2 * JPEG_GRID)))
+    blur_radius = math.ceil(record.blur_px / 2) if record.blur_px > 1 else 0
+    reach = JPEG_GRID * (1 + math.ceil(blur_radius / JPEG_GRID))
     y0 = max(top // JPEG_GRID * JPEG_GRID - reach, 0)
     x0 = max(left // JPEG_GRID * JPEG_GRID - reach, 0)
     y1 = -(-(top + patch) // JPEG_GRID) * JPEG_GRID + reach

@@ -10,7 +10,7 @@ from diffnav.errors import UserError
 def split_photos(
     photos: Sequence[Photo],
     by: str = "site",
-    sources: Sequence[str] = (),
+    sources: str | Sequence[str] = (),
     fraction: float = 0.1,
     seed: int = 0,
 ) -> tuple[list[Photo], list[Photo]]:
@@ -35,9 +35,9 @@ def split_photos(
     return training, validation
 
 
-def _named(photos: Sequence[Photo], sources: Sequence[str]) -> set[str]:
+def _named(photos: Sequence[Photo], sources: str | Sequence[str]) -> set[str]:
     held_out: set[str] = set()
-    for source in sources:
+    for source in [sources] if isinstance(sources, str) else sources:
         names = {p.name for p in photos if p.site == source or p.site.startswith((f"{source}_", f"{source}/"))}
         if not names:
             sites = ", ".join(sorted({photo.site for photo in photos})[:20])
@@ -52,7 +52,7 @@ def _drawn(photos: Sequence[Photo], by: str, fraction: float, seed: int) -> set[
     groups: dict[str, list[str]] = {}
     for photo in photos:
         groups.setdefault(photo.site if by == "site" else photo.name, []).append(photo.name)
-    # A hash decides, not a shuffle: adding photos leaves the others on their side.
+    # A hash decides, not a shuffle: adding photos moves few of the others.
     order = sorted(groups, key=lambda key: hashlib.sha256(f"{seed}/{key}".encode()).digest())
     held_out: set[str] = set()
     for key in order[:-1]:

@@ -1,8 +1,10 @@
 """Photos in memory, each file read and checked once before training starts."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
+from torch import Tensor
 from tqdm import tqdm
 
 from diffnav.data.photos import Photo
@@ -16,12 +18,14 @@ class PhotoStore:
     photos: the usable ones, in order. normal, low: their pictures (low is None where Eq. 9 makes the darkness).
     maximum: each daylight picture's largest value, in [0, 1]. problems: one sentence per photo left out.
 
-    Raises: UserError if no photo is usable.
+    Raises: UserError if no photo is usable or `size` is not two numbers of pixels.
     """
 
     def __init__(
         self, photos: Sequence[Photo], size: tuple[int, int] | None, smallest: int, progress: bool = False
     ) -> None:
+        if size is not None and (len(size) != 2 or not all(isinstance(side, int) and side > 0 for side in size)):
+            raise UserError(f"data.size must be [height, width] in pixels or null, got {list(size)}")
         self.photos: list[Photo] = []
         self.normal: list[np.ndarray] = []
         self.low: list[np.ndarray | None] = []
@@ -36,6 +40,8 @@ class PhotoStore:
             self.normal.append(normal)
             self.low.append(low)
         if not self.photos:
+            if len(self.problems) == 1:
+                raise UserError(self.problems[0])
             first = f"; the first: {self.problems[0]}" if self.problems else ""
             raise UserError(f"none of {len(photos)} photos can be used{first}")
         self.maximum = [float(levels.max()) / 255 for levels in self.normal]
@@ -44,9 +50,7 @@ class PhotoStore:
         return len(self.photos)
 
 
-def _read(
-    photo: Photo, size: tuple[int, int] | None, smallest: int
-) -> tuple[np.ndarray, np.ndarray | None]:
+def _read(photo: Photo, size: tuple[int, int] | None, smallest: int) -> tuple[np.ndarray, np.ndarray | None]:
     normal = photo.read_normal()
     low = photo.read_low() if photo.low else None
     if low is not None and low.shape != normal.shape:
@@ -55,12 +59,13 @@ def _read(
         normal = resize(normal, size)
         low = resize(low, size) if low is not None else None
     if min(normal.shape[1:]) < smallest:
+        file = photo.normal if isinstance(photo.normal, Path) else photo.name
         raise ImageError(
-            f"{photo.normal}: {_wh(normal)} pixels, less than the {smallest} x {smallest} needed; "
-            "set data.size to enlarge or data.patch to a smaller patch"
+            f"{file}: {_wh(normal)} pixels, less than the {smallest} x {smallest} needed; "
+            "set data.size to enlarge it, or train on a smaller data.patch"
         )
     return to_uint8(normal), to_uint8(low) if low is not None else None
 
 
-def _wh(image) -> str:  # type: ignore[no-untyped-def]
+def _wh(image: Tensor) -> str:
     return f"{image.shape[2]} x {image.shape[1]}"

@@ -44,8 +44,7 @@ class EnhanceNet(nn.Module):
             raise UserError(f"network.activation must be one of {', '.join(_ACTIVATIONS)}, got {activation!r}")
         self.activation = activation
         self.blocks = nn.ModuleList(
-            _block(inputs, width, padding)
-            for inputs in (4, width, width, width, 2 * width, 2 * width, 2 * width)
+            _block(inputs, width, padding) for inputs in (4, width, width, width, 2 * width, 2 * width, 2 * width)
         )
         self.downs = nn.ModuleList(nn.Conv2d(width, width, 2, stride=2) for _ in range(3))
         self.ups = nn.ModuleList(

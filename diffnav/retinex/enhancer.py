@@ -6,6 +6,7 @@ from typing import Any, Literal, NamedTuple
 from torch import Tensor, nn
 from torch.nn.functional import pad
 
+from diffnav.errors import UserError
 from diffnav.retinex.decom import DecomNet, Padding
 from diffnav.retinex.enhance import EnhanceNet
 from diffnav.retinex.tiles import DEFAULT_TILE_PIXELS, apply_tiled
@@ -40,6 +41,10 @@ class Enhancer(nn.Module):
         padding: Padding = "replicate",
     ) -> None:
         super().__init__()
+        if width < 1:
+            raise UserError(f"network.width must be 1 or more, got {width}")
+        if padding not in ("replicate", "zeros"):
+            raise UserError(f"network.padding must be replicate or zeros, got {padding!r}")
         self.settings = {
             "width": width,
             "jump": jump,

@@ -47,7 +47,7 @@ class Crew:
 
 
 def join_crew(device: torch.device) -> Crew:
-    """The crew that `torchrun` started, joined by gloo (CPU) or nccl (CUDA); a crew of one without torchrun."""
+    """The crew that `torchrun` started, joined by gloo (CPU) or nccl (CUDA); without it, a crew of one."""
     size = int(os.environ.get("WORLD_SIZE", "1"))
     if size == 1:
         return Crew()

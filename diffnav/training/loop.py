@@ -1,13 +1,9 @@
 """The one training loop, read top to bottom: batch, loss, backward, clip, step, log, validate, save."""
 
 import math
-import signal
-import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import torch
 from torch import Tensor, nn
@@ -18,6 +14,7 @@ from diffnav.errors import UserError
 from diffnav.training.distributed import Crew
 from diffnav.training.run import Run
 from diffnav.training.schedules import Constant, OneCycle
+from diffnav.training.signals import stop_requested
 from diffnav.training.stages import Stage
 from diffnav.training.validation import Validation
 
@@ -27,8 +24,8 @@ class Plan:
     """How long and in what portions to train.
 
     batch: samples per optimiser step over all processes. accumulate: forward passes a batch is cut into.
-    clip_norm: bound on the gradient's norm, None for no clipping. *_every: steps between logs, validations, saves.
-    workers: processes that prepare batches; 0 prepares them in the training process.
+    clip_norm: bound on the gradient's norm, None for no clipping. *_every: steps between logs, validations,
+    saves. workers: processes that prepare batches; 0 prepares them in the training process.
     """
 
     steps: int
@@ -42,11 +39,16 @@ class Plan:
 
     def __post_init__(self) -> None:
         for name in ("steps", "batch", "accumulate", "log_every", "validate_every", "save_every"):
-            if getattr(self, name) < 1:
-                raise UserError(f"training.{name} must be 1 or more, got {getattr(self, name)}")
+            value = getattr(self, name)
+            if not isinstance(value, int) or value < 1:
+                raise UserError(f"training.{name} must be a whole number of 1 or more, got {value!r}")
+        if self.workers < 0:
+            raise UserError(f"training.workers must be 0 or more, got {self.workers}")
+        if self.clip_norm is not None and self.clip_norm <= 0:
+            raise UserError(f"training.clip_norm must be above 0, or null for no clipping; got {self.clip_norm}")
 
 
-class Interrupted(UserError):
+class Interrupted(UserError):  # noqa: N818 - not an error of anybody's
     """The run was stopped from outside (Ctrl-C, SIGTERM) and is saved."""
 
 
@@ -72,7 +74,7 @@ def fit(
     validated: dict[str, float] = {}
     watch = Stopwatch(plan.batch)
     bar = tqdm(total=plan.steps, initial=step, desc=stage.name, unit="step", disable=not crew.leads, mininterval=1.0)
-    with _stop_requested() as stop_requested, bar:
+    with stop_requested() as stopping, bar:
         for low, normal in _batches(pairs, plan, step, crew, _device(stage)):
             for group in optimiser.param_groups:
                 group["lr"] = group.setdefault("initial_lr", group["lr"]) * schedule.factor(step, plan.steps)
@@ -82,11 +84,14 @@ def fit(
             bar.update()
 
             done = step == plan.steps
-            stop = crew.any(stop_requested()) and not done
+            stop = crew.any(stopping()) and not done
             if step % plan.log_every == 0 or done:
                 row = {name: crew.mean(value).item() for name, value in figures.items()}
                 if crew.leads:
-                    row |= {"learning_rate": optimiser.param_groups[0]["lr"], "images_per_second": watch.rate()}
+                    row |= {
+                        "learning_rate": optimiser.param_groups[0]["lr"],
+                        "images_per_second": watch.rate(),
+                    }
                     run.log("metrics", step, row)
                     bar.set_postfix(loss=f"{row['total']:.4g}", psnr=f"{validated.get('psnr', math.nan):.2f}")
             if validate and crew.leads and (step % plan.validate_every == 0 or done):
@@ -100,7 +105,11 @@ def fit(
             if crew.leads and (step % plan.save_every == 0 or done or stop):
                 run.save(stage, optimiser, step, best)
             if stop:
-                raise Interrupted(f"stopped at step {step} of {plan.steps} and saved; the same command goes on from there")
+                crew.wait()
+                raise Interrupted(
+                    f"stopped at step {step} of {plan.steps} and saved; "
+                    f"the same command with run={run.folder.name} goes on from there"
+                )
     return validated
 
 
@@ -113,23 +122,25 @@ def _optimise(
     for part in zip(low.chunk(plan.accumulate), normal.chunk(plan.accumulate), strict=True):
         losses, figures = wrapped(*part)
         total = torch.stack(list(losses.values())).sum()
-        _require_finite(losses, step, plan)
+        _require_finite({f"loss '{name}'": value for name, value in losses.items()}, step, plan)
         (total / plan.accumulate).backward()
         for name, value in (losses | {"total": total} | figures).items():
             means[name] = means.get(name, 0) + value.detach() / plan.accumulate
-    if plan.clip_norm is not None:
-        torch.nn.utils.clip_grad_norm_(wrapped.parameters(), plan.clip_norm)
+    # An infinite bound clips nothing; the norm is needed to keep a bad gradient out of the weights.
+    bound = math.inf if plan.clip_norm is None else plan.clip_norm
+    norm = torch.nn.utils.clip_grad_norm_(wrapped.parameters(), bound)
+    _require_finite({"gradient norm": norm}, step, plan)
     optimiser.step()
     return means
 
 
-def _require_finite(losses: dict[str, Tensor], step: int, plan: Plan) -> None:
-    """Raise UserError, naming step, term and batch, where a loss is NaN or infinite."""
-    for name, value in losses.items():
+def _require_finite(values: dict[str, Tensor], step: int, plan: Plan) -> None:
+    """Raise UserError, naming step, term and batch, where a loss or the gradient is NaN or infinite."""
+    for name, value in values.items():
         if not torch.isfinite(value):
             first = step * plan.batch
             raise UserError(
-                f"the loss '{name}' became {value.item()} at step {step + 1}, in the batch of samples {first} to "
+                f"the {name} became {value.item()} at step {step + 1}, in the batch of samples {first} to "
                 f"{first + plan.batch - 1}; lower optimiser.lr, or set training.clip_norm"
             )
 
@@ -146,32 +157,12 @@ def _batches(
     starts = (s * plan.batch + crew.rank * share for s in range(step, plan.steps))
     loader = DataLoader(
         pairs,
-        batch_sampler=[range(start, start + share) for start in starts],  # type: ignore[arg-type]
+        batch_sampler=[list(range(start, start + share)) for start in starts],
         num_workers=plan.workers,
         pin_memory=device.type == "cuda",
     )
     for batch in loader:
         yield batch["low"].to(device, non_blocking=True), batch["normal"].to(device, non_blocking=True)
-
-
-@contextmanager
-def _stop_requested() -> Iterator[Callable[[], bool]]:
-    """A function that says whether Ctrl-C or SIGTERM came; a second one ends the process at once."""
-    received: list[int] = []
-    previous: dict[int, Any] = {}
-
-    def on_signal(number: int, frame: object) -> None:  # noqa: ARG001
-        received.append(number)
-        signal.signal(number, previous[number])
-
-    if threading.current_thread() is threading.main_thread():
-        for number in (signal.SIGINT, signal.SIGTERM):
-            previous[number] = signal.signal(number, on_signal)
-    try:
-        yield lambda: bool(received)
-    finally:
-        for number, handler in previous.items():
-            signal.signal(number, handler)
 
 
 def _device(stage: nn.Module) -> torch.device:

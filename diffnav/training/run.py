@@ -1,10 +1,10 @@
 """A run's folder: its configuration, its exact state, its logs, its checkpoints.
 
-    runs/NAME/config.json      the resolved configuration
-              state.pt         everything a resumed run needs (model, optimiser, step, best value, RNG states)
-              last.pt best.pt  weights, for `load_enhancer`
-              metrics.csv      one row a logged step;  validation.csv one row a validation
-              events.out...    TensorBoard
+runs/NAME/config.json      the resolved configuration
+          state.pt         everything a resumed run needs (model, optimiser, step, best value, RNG states)
+          last.pt best.pt  weights, for `load_enhancer`
+          metrics.csv      one row a logged step;  validation.csv one row a validation
+          events.out...    TensorBoard
 """
 
 import csv
@@ -26,21 +26,37 @@ from diffnav.training.stages import Stage
 class Run:
     """The folder of one training run; opening it again resumes.
 
-    config: nested plain values. neutral: dotted keys that may differ on resuming since no result depends on them.
+    config: nested plain values. neutral: dotted keys that may differ on resuming since no result depends on
+    them. writes: whether this process writes into the folder; of several that train together, one does.
 
-    Raises: UserError if the folder holds a run of another configuration, naming the first key that differs.
+    Raises: UserError if the folder holds a run of another configuration, naming the first key that differs,
+    or cannot be written.
     """
 
-    def __init__(self, folder: Path, config: Mapping[str, Any], neutral: frozenset[str] = frozenset()) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        config: Mapping[str, Any],
+        neutral: frozenset[str] = frozenset(),
+        writes: bool = True,
+    ) -> None:
         self.folder = Path(folder)
         self.config = config
+        self._writes = writes
+        self._writer: SummaryWriter | None = None
         self._state_path = self.folder / "state.pt"
         stored = self.folder / "config.json"
-        if stored.exists():
+        # Without a state nothing was trained: a first attempt with a wrong setting binds nobody.
+        if self._state_path.exists() and stored.exists():
             _refuse_changes(self.folder.name, _flat(json.loads(stored.read_text())), _flat(config), neutral)
-        self.folder.mkdir(parents=True, exist_ok=True)
-        stored.write_text(json.dumps(config, indent=1))
-        self._writer: SummaryWriter | None = None
+        if writes:
+            try:
+                self.folder.mkdir(parents=True, exist_ok=True)
+                _write_whole(stored, json.dumps(config, indent=1))
+            except OSError as error:
+                raise UserError(
+                    f"{self.folder}: cannot be written ({error.strerror}); change run or paths.runs"
+                ) from None
 
     def restore(self, stage: Stage, optimiser: torch.optim.Optimizer) -> tuple[int, float]:
         """Load the saved state, if any: (steps done, best value so far); drop what was logged after it."""
@@ -51,11 +67,13 @@ class Run:
             stage.enhancer.load_state_dict(state["model"], strict=True)
             optimiser.load_state_dict(state["optimiser"])
             torch.set_rng_state(state["rng"])
-            if state["cuda_rng"]:
+            # A run may go on on a machine with other GPUs, or none.
+            if len(state["cuda_rng"]) == torch.cuda.device_count():
                 torch.cuda.set_rng_state_all(state["cuda_rng"])
             step, best = state["step"], state["best"]
-        for name in ("metrics.csv", "validation.csv"):
-            _truncate_csv(self.folder / name, step)
+        if self._writes:
+            for name in ("metrics.csv", "validation.csv"):
+                _truncate_csv(self.folder / name, step)
         return step, best
 
     def save(self, stage: Stage, optimiser: torch.optim.Optimizer, step: int, best: float) -> None:
@@ -79,16 +97,16 @@ class Run:
         save_enhancer(self.folder / f"{name}.pt", stage.enhancer, stage.name, provenance)
 
     def writer(self, step: int) -> SummaryWriter:
-        """TensorBoard's writer; events after `step` of an earlier life of this run are hidden."""
+        """TensorBoard's writer; events from `step` on, written in an earlier life of this run, are hidden."""
         if self._writer is None:
-            self._writer = SummaryWriter(str(self.folder), purge_step=step + 1)
+            self._writer = SummaryWriter(str(self.folder), purge_step=step)
         return self._writer
 
     def log(self, table: str, step: int, figures: Mapping[str, float]) -> None:
         """Append one row to TABLE.csv, and the figures to TensorBoard under TABLE/."""
         row = {"step": step, **figures}
         path = self.folder / f"{table}.csv"
-        new = not path.exists()
+        new = not path.exists() or path.stat().st_size == 0
         with path.open("a", newline="") as file:
             rows = csv.DictWriter(file, list(row))
             if new:
@@ -131,6 +149,13 @@ def _truncate_csv(path: Path, step: int) -> None:
     """Keep the header and the rows up to `step`; a half-written last line goes too."""
     if not path.exists():
         return
-    lines = path.read_text().splitlines(keepends=True)
-    kept = [line for line in lines[1:] if line.endswith("\n") and int(line.split(",", 1)[0]) <= step]
-    path.write_text("".join([*lines[:1], *kept]))
+    # Bytes: the csv module's line ends stay as they are.
+    lines = [line for line in path.read_bytes().splitlines(keepends=True) if line.endswith(b"\n")]
+    kept = [line for line in lines[1:] if int(line.split(b",", 1)[0]) <= step]
+    _write_whole(path, b"".join([*lines[:1], *kept]))
+
+
+def _write_whole(path: Path, content: str | bytes) -> None:
+    aside = path.with_name(f".{path.name}.part")
+    aside.write_bytes(content.encode() if isinstance(content, str) else content)
+    os.replace(aside, path)

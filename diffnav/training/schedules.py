@@ -1,7 +1,9 @@
-"""Learning-rate schedules: the factor on the optimiser's rate, a pure function of the step (so resume is exact)."""
+"""Learning-rate schedules: the factor on the rate is a function of the step, so resuming is exact."""
 
 import math
 from dataclasses import dataclass
+
+from diffnav.errors import UserError
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,11 @@ class OneCycle:
     warmup: float = 0.1
     final: float = 0.01
     extendable = False
+
+    def __post_init__(self) -> None:
+        for name in ("warmup", "final"):
+            if not 0 <= getattr(self, name) <= 1:
+                raise UserError(f"schedule.{name} must lie between 0 and 1, got {getattr(self, name)}")
 
     def factor(self, step: int, steps: int) -> float:
         """The factor in (0, 1] of step 0 .. steps - 1."""

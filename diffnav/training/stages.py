@@ -45,17 +45,17 @@ class DecomStage(Stage):
 
     def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
         with self.autocast(low):
-            R, I = self.enhancer.decompose(torch.cat([low, normal]))  # noqa: E741
+            R, I = self.enhancer.decompose(torch.cat([low, normal]))
         n = len(low)
         losses = self.loss.decomposition(low, normal, (R[:n], I[:n]), (R[n:], I[n:]))
         return losses, component_state(Components(R[:n], I[:n], I[n:], low))
 
 
 class EnhanceStage(Stage):
-    """Stage two: Enhance-Net with L_Enhance (Eq. 6), Decom-Net frozen; or, with `train_decom`, the joint stage.
+    """Stage two: Enhance-Net with L_Enhance (Eq. 6), Decom-Net frozen; with `train_decom`, the joint stage.
 
-    The joint stage trains both networks and, where `decom_loss` is given, keeps L_Decom beside L_Enhance: without it
-    the smoothness term pulls Ih to a constant and Decom-Net becomes a plain image-to-image network.
+    The joint stage trains both networks and, where `decom_loss` is given, keeps L_Decom beside L_Enhance:
+    without it the smoothness term pulls Ih to a constant and Decom-Net becomes a plain restoration network.
     """
 
     enhancer: RetinexEnhancer

@@ -1,15 +1,12 @@
 """Scores and pictures of a stage on a fixed set of whole pairs."""
 
-from collections.abc import Mapping
-
 import torch
-from kornia.metrics import ssim
 from torch import Tensor
 from torch.utils.data import Dataset
 
-from diffnav.images import quantise
 from diffnav.retinex.enhancer import Components, RetinexEnhancer
 from diffnav.retinex.state import component_state
+from diffnav.scores import psnr, ssim
 from diffnav.training.stages import DecomStage, Stage
 
 PICTURES = 4
@@ -34,19 +31,22 @@ class Validation:
         pictures: dict[str, Tensor] = {}
         count = len(self.pairs)  # type: ignore[arg-type]
         for index in range(count):
-            low, normal = (self.pairs[index][key][None].to(device) for key in ("low", "normal"))
+            pair = self.pairs[index]
+            low, normal = (pair[key][None].to(device) for key in ("low", "normal"))
             with stage.autocast(low):
                 views, figures = _enhance(stage, low, normal)
-            for key, value in (figures | _scores(views["enhanced"], normal)).items():
+            scores = {"psnr": psnr(views["enhanced"], normal), "ssim": ssim(views["enhanced"], normal)}
+            for key, value in (figures | scores).items():
                 sums[key] = sums.get(key, 0.0) + value.item() / count
             if index < PICTURES:
                 shown = {"low": low, **views, "normal": normal}
-                pictures[str(index)] = torch.cat([v.float().expand(-1, 3, -1, -1) for v in shown.values()], 3)[0]
+                columns = [view.float().expand(-1, 3, -1, -1) for view in shown.values()]
+                pictures[str(index)] = torch.cat(columns, 3)[0]
         stage.train(was_training)
         return sums, pictures
 
 
-def _enhance(stage: Stage, low: Tensor, normal: Tensor) -> tuple[dict[str, Tensor], Mapping[str, Tensor]]:
+def _enhance(stage: Stage, low: Tensor, normal: Tensor) -> tuple[dict[str, Tensor], dict[str, Tensor]]:
     enhancer = stage.enhancer
     if not isinstance(enhancer, RetinexEnhancer):
         return {"enhanced": enhancer(low)}, {}
@@ -56,9 +56,3 @@ def _enhance(stage: Stage, low: Tensor, normal: Tensor) -> tuple[dict[str, Tenso
     else:
         parts = enhancer.components(low)
     return parts._asdict(), component_state(parts)
-
-
-def _scores(enhanced: Tensor, normal: Tensor) -> dict[str, Tensor]:
-    enhanced = quantise(enhanced.float())
-    mse = (enhanced - normal).square().mean().clamp(min=1e-10)
-    return {"psnr": -10 * mse.log10(), "ssim": ssim(enhanced, normal, 11, max_val=1.0).mean()}

@@ -1,0 +1,23 @@
+"""The daylight image itself, out of the darkening's record: the ceiling of every matching table."""
+
+from collections.abc import Sequence
+
+import torch
+from torch import Tensor, nn
+
+from diffnav.darkness import Darkening
+from diffnav.enhancers.records import require_records
+from diffnav.errors import UserError
+
+
+class Normal(nn.Module):
+    """The daylight images that the records hold: (B, 3, H, W) in [0, 1] -> the same shape.
+
+    Raises: UserError if a record, or the picture in it, is missing or of another size.
+    """
+
+    def forward(self, image: Tensor, record: Sequence[Darkening] | None = None) -> Tensor:
+        pictures = [one.normal for one in require_records(image, record, "normal")]
+        if any(picture is None or picture.shape != image.shape[1:] for picture in pictures):
+            raise UserError("the enhancer normal needs the daylight picture, of the same size, in each record")
+        return torch.stack(pictures).to(image)  # type: ignore[arg-type]

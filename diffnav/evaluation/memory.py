@@ -1,0 +1,54 @@
+"""How much memory a computation takes: measured in a process of its own."""
+
+import multiprocessing
+import sys
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from multiprocessing.context import BaseContext
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from diffnav.errors import UserError
+
+
+def in_own_process(function: Callable[..., Any], *arguments: Any) -> Any:
+    """`function(*arguments)`, computed in a fresh process, whose peak of memory is nobody else's.
+
+    Raises: UserError if that process was ended from outside, as systems do that run out of memory.
+    """
+    with ProcessPoolExecutor(1, _fresh_processes()) as pool:
+        try:
+            return pool.submit(function, *arguments).result()
+        except BrokenProcessPool:
+            raise UserError(
+                f"the process of {function.__name__} was ended by the system, probably for want of memory: "
+                "give it more, or a smaller size"
+            ) from None
+
+
+def _fresh_processes() -> BaseContext:
+    """How to start them: where possible as copies of a process that has imported torch and done nothing else."""
+    if "forkserver" not in multiprocessing.get_all_start_methods():
+        return multiprocessing.get_context("spawn")
+    context = multiprocessing.get_context("forkserver")
+    context.set_forkserver_preload(["diffnav.evaluation.training_speed"])
+    return context
+
+
+def peak_memory_gb(device: torch.device) -> float:
+    """The most that this process has held so far, 10^9 bytes: tensors on a GPU; on a CPU all that is resident."""
+    if device.type == "cuda":
+        return torch.cuda.max_memory_allocated(device) / 1e9
+    try:
+        lines = Path("/proc/self/status").read_text().splitlines()
+        # Not getrusage: its maximum begins with what the parent held when it started this process.
+        peak_kib = next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:"))
+    except (OSError, StopIteration):
+        import resource
+
+        peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        peak_kib = peak // 1024 if sys.platform == "darwin" else peak
+    return peak_kib * 1024 / 1e9

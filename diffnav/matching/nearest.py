@@ -1,0 +1,67 @@
+"""Nearest neighbours among descriptors: ratio test, mutual check, and each position counted once."""
+
+import torch
+from torch import Tensor
+
+from diffnav.matching.matches import Features
+
+# Rows of the distance matrix computed at a time: 10,000 descriptors then need 80 MB, not 400.
+_ROWS = 2_000
+
+
+def nearest_neighbours(
+    descriptors_a: Tensor, descriptors_b: Tensor, ratio: float = 1.0, mutual: bool = True
+) -> tuple[Tensor, Tensor]:
+    """Indices (M, 2) of each a's Euclidean nearest b, and the confidences (M,) = 1 - d1 / d2 in [0, 1].
+
+    Args:
+        descriptors_a, descriptors_b: (N, D), (K, D).
+        ratio: kept where d1 < ratio * d2, the distances to the nearest and the second nearest b (Lowe 2004);
+            1 or more tests nothing.
+        mutual: kept where a is also b's nearest.
+    With fewer than two candidates nothing shows that the nearest is meant: the ratio test then keeps none.
+    """
+    needed = 2 if ratio < 1 else 1
+    if len(descriptors_a) == 0 or len(descriptors_b) < needed:
+        return descriptors_a.new_zeros((0, 2), dtype=torch.long), descriptors_a.new_zeros((0,))
+    nearest, first, second = _two_nearest(descriptors_a, descriptors_b)
+    keep = first < ratio * second if ratio < 1 else torch.ones_like(first, dtype=torch.bool)
+    if mutual:
+        back = _two_nearest(descriptors_b, descriptors_a)[0]
+        keep &= back[nearest] == torch.arange(len(nearest), device=nearest.device)
+    # Two candidates at distance 0 are as ambiguous as two at any other equal distance.
+    confidence = torch.where(second > 0, 1 - first / second.clamp(min=torch.finfo(second.dtype).tiny), 0.0)
+    indices = torch.stack([torch.arange(len(nearest), device=nearest.device), nearest], 1)
+    return indices[keep], confidence[keep].clamp(0, 1)
+
+
+def count_positions_once(a: Features, b: Features, indices: Tensor, confidence: Tensor) -> tuple[Tensor, Tensor]:
+    """The given matches without those whose point in a or in b a more confident match already uses.
+
+    Several orientations of one keypoint must not count as several matches. They are dropped here, not before
+    matching: which orientation comes first differs between two images, and the wrong ones would not match.
+
+    Args: indices (M, 2) into a and b; confidence (M,). Returns: the same for the M' <= M kept, most confident first.
+    """
+    order = confidence.argsort(descending=True, stable=True)
+    points = torch.cat([a.keypoints[indices[:, 0]], b.keypoints[indices[:, 1]]], 1).tolist()
+    used_a, used_b = set(), set()
+    kept = []
+    for i in order.tolist():
+        xa, ya, xb, yb = points[i]
+        if (xa, ya) not in used_a and (xb, yb) not in used_b:
+            used_a.add((xa, ya))
+            used_b.add((xb, yb))
+            kept.append(i)
+    return indices[kept], confidence[kept]
+
+
+def _two_nearest(descriptors_a: Tensor, descriptors_b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
+    """(index of the nearest b, its distance, the second nearest's distance), each (N,); infinite without a second."""
+    parts = []
+    for rows in descriptors_a.split(_ROWS):
+        distances, indices = torch.cdist(rows, descriptors_b).topk(min(2, len(descriptors_b)), largest=False)
+        second = distances[:, 1] if distances.shape[1] > 1 else torch.full_like(distances[:, 0], torch.inf)
+        parts.append((indices[:, 0], distances[:, 0], second))
+    nearest, first, second = (torch.cat(column) for column in zip(*parts, strict=True))
+    return nearest, first, second

@@ -1,0 +1,49 @@
+"""python -m eval.enhancement: Table 1 of the paper, its Figures 5, 6 and 9."""
+
+import sys
+from pathlib import Path
+
+from hydra.utils import instantiate
+from omegaconf import DictConfig
+
+from conf.command import command, pick_device
+from diffnav.evaluation.enhancement import PairSource, measure
+from diffnav.evaluation.enhancement_figures import choose_photos, write_figures
+from diffnav.evaluation.enhancement_page import enhancement_page, failure_lines, scores_table
+from diffnav.evaluation.predictions import PredictionCache
+from diffnav.evaluation.records import RecordLog
+from diffnav.evaluation.rows import enhancement_rows
+from diffnav.evaluation.runner import Runner
+from diffnav.evaluation.tables import write_csv, write_json, write_text
+from eval.session import make_methods, make_photos, plain_list, protocol
+
+
+@command("enhancement")
+def main(cfg: DictConfig) -> None:
+    device = pick_device(cfg.device)
+    methods, photos = make_methods(cfg, device), make_photos(cfg)
+    shown = choose_photos(photos, cfg.figures.count, plain_list(cfg.figures.sites) or None)
+    source = PairSource(photos, instantiate(cfg.darkness), cfg.seed, tuple(plain_list(cfg.data.size)) or None)
+    out = Path(str(cfg.out)).expanduser()
+    cache = PredictionCache(Path(str(cfg.cache)).expanduser() if cfg.cache else None)
+    log = RecordLog(out / "records.jsonl")
+    runners = [Runner(method, cache) for method in methods]
+
+    measured = measure(source, runners, log, progress=True)
+    rows = enhancement_rows(methods, measured.records, cfg.reference, cfg.seed)
+    for problem in measured.problems:
+        print(f"left out: {problem}", file=sys.stderr)
+    for failure in failure_lines(rows):
+        print(f"failed: {failure}", file=sys.stderr)
+    facts = protocol(cfg, device, methods, photos)
+    facts |= {"n": max(row["n"] for row in rows), "left_out": measured.problems}
+    write_csv(out / "per_image.csv", [record.flat() for record in measured.records])
+    write_json(out / "enhancement.json", {"rows": rows, "protocol": facts})
+    write_text(out / "enhancement.md", enhancement_page(rows, facts))
+    figures = write_figures(out, source, runners, shown)
+    print(scores_table(rows))
+    print(f"{out}: {len(measured.records)} results, {log.reused} of them from before, {len(figures)} figures")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,97 @@
+"""What evaluation commands make of their configuration: methods, photos, the facts behind a result."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import torch
+from hydra.core.hydra_config import HydraConfig
+from hydra.utils import instantiate
+from omegaconf import DictConfig, OmegaConf
+
+from conf.command import choice, plain
+from diffnav.data.photos import Photo
+from diffnav.data.splits import split_photos
+from diffnav.errors import UserError
+from diffnav.evaluation.methods import Method, checkpoint_methods, require_distinct
+from diffnav.evaluation.provenance import device_name, git_commit, versions
+
+
+def make_methods(cfg: DictConfig, device: torch.device) -> list[Method]:
+    """The rows of a table: `always`, `enhancers`, then `checkpoint`; one that is named twice comes once."""
+    entries: list[Any] = []
+    for entry in [*plain_list(cfg.always), *plain_list(cfg.enhancers)]:
+        if entry not in entries:
+            entries.append(entry)
+    checkpoints = list(dict.fromkeys(str(checkpoint) for checkpoint in plain_list(cfg.checkpoint)))
+    methods = [configured_method(entry, device) for entry in entries] + checkpoint_methods(checkpoints, device)
+    require_distinct(methods)
+    names = [method.name for method in methods]
+    if cfg.reference is not None and cfg.reference not in names:
+        raise UserError(f"reference={cfg.reference} is no row of this table: name one of {', '.join(names)}, or null")
+    return methods
+
+
+def configured_method(entry: str | Mapping[str, Mapping[str, Any]], device: torch.device) -> Method:
+    """The enhancer NAME of conf/enhancer, or {NAME: {setting: value}}, which is called NAME(setting=value)."""
+    if isinstance(entry, Mapping) and (len(entry) != 1 or not all(isinstance(v, Mapping) for v in entry.values())):
+        raise UserError(f"an enhancer is a name or one {{name: {{setting: value}}}}, got {entry}")
+    name, overrides = next(iter(entry.items())) if isinstance(entry, Mapping) else (str(entry), {})
+    cfg = choice("enhancer", name, OmegaConf.create(dict(overrides)))
+    label = f"{name}({', '.join(f'{key}={value}' for key, value in overrides.items())})" if overrides else name
+    return Method(label, instantiate(cfg).to(device).eval(), plain(cfg))
+
+
+def make_photos(cfg: DictConfig) -> list[Photo]:
+    """The photos of `data`, or of the `part` of its split, thinned to `limit`."""
+    photos: list[Photo] = instantiate(cfg.data.photos)
+    if cfg.part not in ("all", "training", "validation"):
+        raise UserError(f"part must be all, training or validation, got {cfg.part!r}")
+    if cfg.part != "all":
+        if "split" not in cfg.data:
+            raise UserError(f"part={cfg.part} needs a split, which data={data_choice()} does not have")
+        training, validation = split_photos(photos, **cfg.data.split)
+        photos = training if cfg.part == "training" else validation
+    if cfg.limit is None:
+        return photos
+    if not isinstance(cfg.limit, int) or cfg.limit < 1:
+        raise UserError(f"limit must be a whole number of photos, 1 or more, got {cfg.limit!r}")
+    return photos[:: max(1, -(-len(photos) // cfg.limit))]
+
+
+def protocol(
+    cfg: DictConfig, device: torch.device, methods: Sequence[Method], photos: Sequence[Photo]
+) -> dict[str, Any]:
+    """What decides the numbers of a result, as plain values; paths below the shared data folder are cut to it."""
+    root = cfg.data.photos.get("root")
+    shared = Path(cfg.paths.shared)
+    if root is not None and Path(root).is_relative_to(shared):
+        root = Path(root).relative_to(shared).as_posix()
+    return {
+        "data": data_choice(),
+        "root": root,
+        "part": cfg.part,
+        "limit": cfg.limit,
+        "size": plain_list(cfg.data.size) or None,
+        "darkness": plain(cfg.darkness) if any(photo.low is None for photo in photos) else "as stored",
+        "seed": cfg.seed,
+        "device": device_name(device),
+        "versions": versions(),
+        "commit": git_commit(),
+        "settings": {method.name: dict(method.settings) for method in methods},
+        "weights_sha256": {method.name: method.sha256 for method in methods if method.sha256},
+    }
+
+
+def data_choice() -> str:
+    """The name of the chosen `data` group."""
+    return HydraConfig.get().runtime.choices.data
+
+
+def plain_list(value: Any) -> list[Any]:
+    """A setting that may be one value, a list, or null, as a plain list."""
+    if OmegaConf.is_config(value):
+        value = OmegaConf.to_container(value, resolve=True)
+    if value is None:
+        return []
+    return value if isinstance(value, list) else [value]

@@ -1,0 +1,76 @@
+"""Every configuration of training composes, and what it names can be built."""
+
+import inspect
+
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.utils import get_method, instantiate
+from omegaconf import DictConfig, OmegaConf
+from tiny_training import REPOSITORY
+
+from conf.command import CONF, choices
+from diffnav.retinex.checkpoints import save_enhancer
+from diffnav.retinex.enhancer import RetinexEnhancer
+from diffnav.training.loop import Plan
+from diffnav.training.stages import DecomStage, DirectStage, EnhanceStage, Stage
+from train import decom, enhance
+
+# What a training command chooses from.
+GROUPS = ("network", "darkness", "data", "loss", "optimiser", "schedule", "training")
+
+
+def composed(command: str, *overrides: str) -> DictConfig:
+    with initialize_config_dir(str(REPOSITORY / "conf"), version_base="1.3"):
+        return compose(command, overrides=[*overrides, "run=a"])
+
+
+@pytest.mark.parametrize("name", choices("experiment"))
+def test_experiment_composes_and_builds(name: str, tmp_path) -> None:
+    """An experiment whose name ends in decom belongs to train.decom, any other to train.enhance."""
+    if name.endswith("decom"):
+        cfg = composed("decom", f"experiment={name}")
+        stage: Stage = decom.make_stage(cfg)
+        assert isinstance(stage, DecomStage)
+    else:
+        cfg = composed("enhance", f"experiment={name}")
+        if cfg.stage == "retinex":
+            save_enhancer(tmp_path / "decom.pt", RetinexEnhancer(**cfg.network), "decom", {})
+            cfg.init = str(tmp_path / "decom.pt")
+        stage = enhance.make_stage(cfg)
+        assert isinstance(stage, DirectStage if cfg.stage == "direct" else EnhanceStage)
+    plan = instantiate(cfg.training)
+    assert isinstance(plan, Plan)
+    assert stage.bf16 == (cfg.precision == "bf16")
+    optimiser = instantiate(cfg.optimiser)([p for p in stage.parameters() if p.requires_grad])
+    assert optimiser.param_groups[0]["lr"] == cfg.optimiser.lr
+    assert 0 < instantiate(cfg.schedule).factor(0, plan.steps) <= 1
+
+
+@pytest.mark.parametrize(("group", "name"), [(group, name) for group in GROUPS for name in choices(group)])
+def test_every_option_composes_and_builds(group: str, name: str) -> None:
+    needs_root = "root" in list(OmegaConf.load(CONF / group / f"{name}.yaml"))
+    cfg = composed("decom", f"{group}={name}", *(["data.root=/photos"] if needs_root else []))[group]
+    if group == "network":
+        assert RetinexEnhancer(**cfg).settings == dict(cfg)
+    elif group == "data":
+        # Built without touching the folder: the function exists and takes exactly these arguments.
+        arguments = {key: value for key, value in cfg.photos.items() if key != "_target_"}
+        function = get_method(cfg.photos._target_)
+        inspect.signature(function).bind(**arguments)
+        assert set(inspect.signature(function).parameters) == set(arguments), "a default stands outside the YAML"
+        assert cfg.size is None or len(cfg.size) == 2
+    else:
+        instantiate(cfg)
+
+
+def test_the_papers_experiments_are_the_papers() -> None:
+    """PAPER 2, 3: Adam (.9, .999) at 1e-4, no schedule, batch 16, patch 96, 18,750 steps, lambdas of .01."""
+    for command, name in (("decom", "paper_decom"), ("enhance", "paper_enhance")):
+        cfg = composed(command, f"experiment={name}")
+        assert (cfg.optimiser.lr, list(cfg.optimiser.betas)) == (1e-4, [0.9, 0.999])
+        assert cfg.schedule._target_.endswith("Constant")
+        assert (cfg.training.steps, cfg.training.batch, cfg.data.patch) == (18_750, 16, 96)
+        assert (cfg.precision, cfg.training.clip_norm, cfg.data.augment_darkness) == ("float32", None, False)
+        assert (cfg.loss.lambda_re, cfg.loss.lambda_r, cfg.loss.lambda_i, cfg.loss.lambda_tv) == (0.01, 0.01, 0.01, 10)
+        assert (cfg.loss.lambda_re1, cfg.loss.lambda_re2, cfg.loss.lambda_smooth, cfg.loss.tv) == (0.5, 1.5, 1, "wei")
+        assert (list(cfg.darkness.gamma), list(cfg.darkness.quality)) == ([3, 5], [95, 95])
