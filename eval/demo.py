@@ -1,87 +1,61 @@
 """python -m eval.demo: a few minutes of training, Table 1, matching, and one page that shows them."""
 
 import json
-import shlex
-import subprocess
-import sys
 from pathlib import Path
 
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from conf.command import choice, command, pick_device
+from conf.command import choice, choices, command, pick_device
 from diffnav.darkness import DarknessModel
 from diffnav.data.photos import folder_photos
 from diffnav.data.scenes import SceneWindows
-from diffnav.errors import UserError
 from diffnav.evaluation.demo_page import demo_page
 from diffnav.evaluation.enhancement import PairSource
 from diffnav.evaluation.rotated_matching import match_rotated
 from diffnav.images import write_image
 from diffnav.retinex.checkpoints import load_enhancer
-
-
-def scenery(folder: Path, seed: int, count: int) -> Path:
-    """A folder of `count` windows of the embedded world; what is already there is kept."""
-    windows = SceneWindows(seed, count)
-    for index, window in enumerate(tqdm(windows.windows, desc="rendering scenery", unit="picture")):
-        path = folder / f"{window.name}.png"
-        if not path.exists():
-            write_image(path, windows[index][1])
-    return folder
-
-
-def run(arguments: list[str], said: list[str]) -> None:
-    """Run one of the kit's commands as a user would, and note it in `said`."""
-    said.append(shlex.join(["python", "-m", *arguments]))
-    print(f"\n$ {said[-1]}", flush=True)
-    if subprocess.run([sys.executable, "-m", *arguments]).returncode:
-        raise UserError(f"the demo stops, for this command failed: {said[-1]}")
-
-
-def quoted(value: object) -> str:
-    """A value as Hydra reads it, whatever it holds."""
-    return json.dumps(str(value))
+from eval.calls import call
 
 
 @command("demo")
 def main(cfg: DictConfig) -> None:
-    out = Path(cfg.out).expanduser()
     pick_device(cfg.device)
-    own = cfg.data.root is not None
-    training = Path(cfg.data.root).expanduser() if own else scenery(out / "photos" / "train", cfg.seed, cfg.scenes)
-    testing = training if own else scenery(out / "photos" / "test", cfg.seed + 1, cfg.photos)
+    out = Path(cfg.out).expanduser()
+    training, testing = picture_folders(cfg, out)
     every = folder_photos(testing)
-    photos = every[:: -(-len(every) // cfg.photos)]
-    said: list[str] = []
-    name = f"trained-on-{cfg.init}"
-    run(
-        ["train.enhance", "experiment=demo", f"run={name}", f"paths.runs={quoted(out)}", f"init={quoted(cfg.init)}"]
-        + ["data=folder", f"data.root={quoted(training)}", f"training.steps={cfg.steps}", f"device={cfg.device}"]
-        + [f"training.batch={cfg.batch}", f"seed={cfg.seed}"],
-        said,
-    )
-    checkpoints = [*cfg.checkpoints, str(out / name / "last.pt")]
-    run(
-        ["eval.enhancement", f"checkpoint=[{','.join(map(quoted, checkpoints))}]", f"data.root={quoted(testing)}"]
-        + [f"limit={cfg.photos}", f"out={quoted(out / 'enhancement')}", f"device={cfg.device}", f"seed={cfg.seed}"],
-        said,
-    )
+    run = f"trained_on_{cfg.init}"
+    common = {"device": cfg.device, "seed": cfg.seed}
+    train = {"experiment": "demo", "paths.runs": str(out), "run": run, "init": cfg.init, "data.root": str(training)}
+    lines = [call("train.enhance", {**train, "training.steps": cfg.steps, **common})]
+    checkpoints = {Path(c).name: c for c in [*cfg.checkpoints, str(out / run)]}
+    table = {"checkpoint": list(checkpoints.values()), "data": "folder", "data.root": str(testing), "limit": cfg.photos}
+    lines += [call("eval.enhancement", {**table, "out": str(out / "enhancement"), **common})]
+    lines += [f'python -m eval.photos images="{testing}" out=bright/ checkpoint={cfg.init}']
+
     rows = json.loads((out / "enhancement" / "enhancement.json").read_text())["rows"]
-    source = PairSource(photos, DarknessModel(), cfg.seed)
-    enhancers = {row["method"]: None for row in rows} | {"normal": None}
-    for method in enhancers:
-        found = next((c for c in checkpoints if method in (c, Path(c).parent.name)), None)
-        enhancers[method] = load_enhancer(found) if found else instantiate(choice("enhancer", method))
-    matcher = instantiate(cfg.matcher)
-    pairs = [source.read(photo) for photo in photos]
+    enhancers = {name: instantiate(choice("enhancer", name)) for name in choices("enhancer")}
+    enhancers |= {name: load_enhancer(checkpoint) for name, checkpoint in checkpoints.items()}
+    source, matcher = PairSource(every, DarknessModel(), cfg.seed, tuple(cfg.size)), instantiate(cfg.matcher)
+    pairs = [source.read(photo) for photo in every[:: max(1, -(-len(every) // cfg.photos))]]
     matched = [match_rotated(pair, enhancers, matcher) for pair in tqdm(pairs, desc="matching", unit="picture")]
-    origin = f"from {training}" if own else "of the embedded world"
-    shown = ["input", *cfg.checkpoints, "normal"]
-    page = demo_page(rows, matched, out / name / "metrics.csv", shown, said, origin)
-    page.write(out / "report.html")
+
+    origin = str(testing) if cfg.data.root else "the embedded world"
+    shown = ["input", *list(checkpoints)[:-1], "normal"]
+    demo_page(rows, matched, out / run / "metrics.csv", shown, lines, origin).write(out / "report.html")
     print(f"\n{out / 'report.html'}: open it in a browser")
+
+
+def picture_folders(cfg: DictConfig, out: Path) -> tuple[Path, Path]:
+    """Where the pictures to train on and to measure on lie; the embedded world's are rendered first."""
+    if cfg.data.root is not None:
+        return Path(cfg.data.root).expanduser(), Path(cfg.data.root).expanduser()
+    for place, (name, count) in enumerate({"train": cfg.scenes, "test": cfg.photos}.items()):
+        windows = SceneWindows(cfg.seed + place, count)
+        for index in tqdm(range(count), desc=f"rendering {name} scenery", unit="picture"):
+            write_image(out / "scenery" / name / f"{windows.windows[index].name}.png", windows[index][1])
+    return out / "scenery" / "train", out / "scenery" / "test"
 
 
 if __name__ == "__main__":

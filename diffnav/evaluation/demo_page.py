@@ -31,7 +31,8 @@ def demo_page(
     metrics.csv. shown: methods whose pictures and match lines are drawn. commands: what was run. source: what the
     pictures are.
     """
-    page = Report("diffnav: matching in the dark", f"{len(matched)} pictures: {source}. Darkened by Eq. 9, 8 bit, JPEG.")
+    about = f"{len(matched)} pictures from {source}, darkened by Eq. 9, 8 bit and JPEG."
+    page = Report("diffnav: matching in the dark", about)
     page.section("Before and after")
     for results in matched[:PICTURES]:
         strip = [np.rot90(to_uint8(results[name].query), 2) for name in shown]

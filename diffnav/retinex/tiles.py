@@ -9,9 +9,9 @@ from torch import Tensor
 # Beyond 68 pixels on each side no output of the two networks depends on an input: 8 for Decom-Net's convolutions,
 # 46 for Enhance-Net's, 14 for its steps down and up (a test measures the sum). Rounded up to the grid of 8.
 HALO = 72
-# A tile of 768 x 768 with its halo. In float32 the `compact` network takes 1.6 to 2.4 GB per Mpx of a tile, as
+# A tile of 640 x 640 with its halo. In float32 the `compact` network takes 1.6 to 2.4 GB per Mpx of a tile, as
 # the allocator has it, `paper` 2.5 times as much; the rest of a 7200 x 3600 image takes 1 GB.
-DEFAULT_TILE_PIXELS = 589_824
+DEFAULT_TILE_PIXELS = 409_600
 
 
 def apply_tiled(network: Callable[[Tensor], Tensor], image: Tensor, tile_pixels: int) -> Tensor:

@@ -128,11 +128,11 @@ def take(megabytes):
 
 
 def test_memory_is_the_process_s_own():
-    here = torch.ones(200_000_000)
+    here = torch.ones(150_000_000)
     little, _ = in_own_process(take, 1)
-    much, _ = in_own_process(take, 700)
-    assert much - little == pytest.approx(0.7, abs=0.15)
-    assert peak_memory_gb(CPU) > here.numel() * 4 / 1e9
+    much, _ = in_own_process(take, 300)
+    assert much - little == pytest.approx(0.3, abs=0.1)
+    assert peak_memory_gb(CPU) > little + here.numel() * 4 / 1e9 - 0.3
 
 
 def die():
