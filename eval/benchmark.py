@@ -10,6 +10,7 @@ from diffnav.evaluation.benchmark import run_benchmark
 from diffnav.evaluation.benchmark_page import benchmark_page
 from diffnav.evaluation.tables import write_json, write_text
 from diffnav.evaluation.training_speed import TrainingSetup, scenery_store
+from diffnav.training.allocator import keep_freed_memory
 from train.session import compile_stage
 
 
@@ -17,6 +18,7 @@ from train.session import compile_stage
 def main(cfg: DictConfig) -> None:
     out = Path(cfg.out).expanduser()
     device = pick_device(cfg.device)
+    keep_freed_memory()
     sizes = instantiate(cfg.sizes, _convert_="all")
     setup = TrainingSetup(
         scenery_store(cfg.pictures, tuple(cfg.picture_size)),

@@ -14,7 +14,6 @@ from diffnav.evaluation.memory import in_own_process
 from diffnav.evaluation.provenance import device_name, versions
 from diffnav.evaluation.timing import PHASES, Seconds, interleave
 from diffnav.evaluation.training_speed import TrainingCase, TrainingSetup, TrainingTimer, training_memory_gb
-from diffnav.training.allocator import keep_freed_memory
 from diffnav.training.stages import Stage
 
 # Of these phases a step should consist, but for `OUTSIDE_LIMIT` of its time.
@@ -53,7 +52,6 @@ def run_benchmark(
         networks: name -> settings; the first is what the others are compared with, and enhances the large picture.
         compile_stage: compiles a stage in place; given, a compiled training step is timed too.
     """
-    keep_freed_memory()
     environment = _environment(device)
     main = next(iter(networks))
     training = [
@@ -65,7 +63,8 @@ def run_benchmark(
     if compile_stage is not None:
         training.append(TrainingCase(main, networks[main], "joint", compiled=True))
     inference = [InferenceCase(name, settings, bf16) for name, settings in networks.items() for bf16 in (False, True)]
-    timers = [TrainingTimer(case, setup, device, compile_stage) for case in training]
+    steps = sizes.warmup + sizes.repeats
+    timers = [TrainingTimer(case, setup, device, steps, compile_stage) for case in training]
     timers += [InferenceTimer(case, sizes.inference, device) for case in inference]  # type: ignore[list-item]
     medians = interleave(timers, sizes.repeats, sizes.warmup)
     del timers

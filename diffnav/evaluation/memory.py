@@ -30,11 +30,14 @@ def in_own_process(function: Callable[..., Any], *arguments: Any) -> Any:
 
 
 def _fresh_processes() -> BaseContext:
-    """How to start them: where possible as copies of a process that has imported torch and done nothing else."""
+    """How to start them: where possible as copies of a process that has imported torch and done nothing else.
+
+    torch._dynamo is what an optimiser's first step imports.
+    """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["diffnav.evaluation.training_speed"])
+    context.set_forkserver_preload(["diffnav.evaluation.training_speed", "torch._dynamo"])
     return context
 
 

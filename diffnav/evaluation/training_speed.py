@@ -21,9 +21,6 @@ from diffnav.training.distributed import Crew
 from diffnav.training.loop import Plan, _batches, _optimise
 from diffnav.training.stages import DecomStage, EnhanceStage, Figures, Losses, Stage
 
-# A generator of batches needs an end; no benchmark reaches it.
-_ENDLESS = 1_000_000
-
 
 @dataclass(frozen=True)
 class TrainingSetup:
@@ -81,7 +78,7 @@ class TimedStage(nn.Module):
 
 
 class TrainingTimer:
-    """Takes one training step at a time; `run` gives the seconds of its phases.
+    """Takes one training step at a time, at most `steps`; `run` gives the seconds of its phases.
 
     data: batch from memory to device. forward: networks and losses. backward: gradients, checked and clipped.
     optimiser: its step. other: the rest. Logging, validation and saving, every n-th step, are not in it.
@@ -92,6 +89,7 @@ class TrainingTimer:
         case: TrainingCase,
         setup: TrainingSetup,
         device: torch.device,
+        steps: int,
         compile_stage: Callable[[Stage, torch.device], None] | None = None,
     ) -> None:
         self.name = case.name
@@ -103,7 +101,7 @@ class TrainingTimer:
         self._optimiser = setup.optimiser([p for p in stage.parameters() if p.requires_grad])
         self._optimiser.register_step_pre_hook(lambda *_: self._clock.mark("optimiser"))
         self._optimiser.register_step_post_hook(lambda *_: self._clock.mark("other"))
-        self._plan = Plan(_ENDLESS, setup.batch, clip_norm=setup.clip_norm)
+        self._plan = Plan(steps, setup.batch, clip_norm=setup.clip_norm)
         pairs = TrainingPairs(setup.store, setup.darkness, setup.patch)
         self._batches: Iterator[tuple[Tensor, Tensor]] = _batches(pairs, self._plan, 0, Crew(), device)
 
@@ -122,7 +120,7 @@ def training_memory_gb(
     """Peak memory of a process that takes a few steps; to be called in one of its own."""
     keep_freed_memory()
     torch.set_num_threads(threads)
-    timer = TrainingTimer(case, setup, device)
+    timer = TrainingTimer(case, setup, device, steps)
     for _ in range(steps):
         timer.run()
     return peak_memory_gb(device)

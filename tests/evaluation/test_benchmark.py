@@ -105,7 +105,7 @@ def test_the_phases_of_a_step_are_those_of_the_training_loop(setup, clock):
             return super().draw(maximum, seed)
 
     setup = replace(setup, darkness=SlowDarkness(), optimiser=SlowAdam)
-    timer = TrainingTimer(TrainingCase("compact", NETWORKS["compact"], "decom"), setup, CPU)
+    timer = TrainingTimer(TrainingCase("compact", NETWORKS["compact"], "decom"), setup, CPU, steps=1)
     decom = timer._stage.stage.enhancer.decom
     decom.register_forward_hook(lambda module, inputs, R_and_I: tuple(map(SlowGradient.apply, R_and_I)))
     assert timer.run() == {"data": 2, "forward": 20, "backward": 200, "optimiser": 1000, "other": 0}
@@ -113,7 +113,7 @@ def test_the_phases_of_a_step_are_those_of_the_training_loop(setup, clock):
 
 def test_steps_train_the_stage_s_own_networks(setup):
     for stage, trains in (("decom", {"decom"}), ("joint", {"decom", "enhance"})):
-        timer = TrainingTimer(TrainingCase("compact", NETWORKS["compact"], stage, bf16=True), setup, CPU)
+        timer = TrainingTimer(TrainingCase("compact", NETWORKS["compact"], stage, bf16=True), setup, CPU, steps=1)
         enhancer = timer._stage.stage.enhancer
         before = {name: p.detach().clone() for name, p in enhancer.named_parameters()}
         seconds = timer.run()
