@@ -12,7 +12,7 @@ from diffnav.errors import UserError
 from diffnav.evaluation.inference_speed import InferenceCase, InferenceTimer, Size, large_image
 from diffnav.evaluation.memory import in_own_process
 from diffnav.evaluation.provenance import device_name, versions
-from diffnav.evaluation.timing import PHASES, Seconds, interleave
+from diffnav.evaluation.timing import PHASES, Seconds, Timer, interleave
 from diffnav.evaluation.training_speed import TrainingCase, TrainingSetup, TrainingTimer, training_memory_gb
 from diffnav.training.stages import Stage
 
@@ -54,20 +54,12 @@ def run_benchmark(
     """
     environment = _environment(device)
     main = next(iter(networks))
-    training = [
-        TrainingCase(name, settings, stage, bf16)
-        for name, settings in networks.items()
-        for stage in (("joint", "decom") if name == main else ("joint",))
-        for bf16 in (False, True)
-    ]
-    if compile_stage is not None:
-        training.append(TrainingCase(main, networks[main], "joint", compiled=True))
+    training = _training_cases(networks, main, compile_stage is not None)
     inference = [InferenceCase(name, settings, bf16) for name, settings in networks.items() for bf16 in (False, True)]
     steps = sizes.warmup + sizes.repeats
-    timers = [TrainingTimer(case, setup, device, steps, compile_stage) for case in training]
-    timers += [InferenceTimer(case, sizes.inference, device) for case in inference]  # type: ignore[list-item]
+    timers: list[Timer] = [TrainingTimer(case, setup, device, steps, compile_stage) for case in training]
+    timers += [InferenceTimer(case, sizes.inference, device) for case in inference]
     medians = interleave(timers, sizes.repeats, sizes.warmup)
-    del timers
     memory = _memory(training, setup, device)
     large = in_own_process(large_image, inference[0], sizes.large, device, torch.get_num_threads())
     training_rows = _training_rows(training, medians, memory, setup.batch)
@@ -81,6 +73,17 @@ def run_benchmark(
         "large_image": large_row,
         "targets": _targets([row for row in training_rows if row["network"] == main], large_row),
     }
+
+
+def _training_cases(networks: Mapping[str, Mapping[str, Any]], main: str, compiled: bool) -> list[TrainingCase]:
+    """The joint stage of every network and Decom-Net's of the main one, each in float32 and bf16."""
+    cases = [
+        TrainingCase(name, settings, stage, bf16)
+        for name, settings in networks.items()
+        for stage in (("joint", "decom") if name == main else ("joint",))
+        for bf16 in (False, True)
+    ]
+    return [*cases, TrainingCase(main, networks[main], "joint", compiled=True)] if compiled else cases
 
 
 def _environment(device: torch.device) -> Row:
@@ -99,9 +102,7 @@ def _memory(cases: list[TrainingCase], setup: TrainingSetup, device: torch.devic
     """Name -> peak memory of a few steps, each case in a process of its own; compiled ones are left out."""
     plain = [case for case in cases if not case.compiled]
     return {
-        case.name: in_own_process(
-            training_memory_gb, case, setup, device, _MEMORY_STEPS, torch.get_num_threads()
-        )
+        case.name: in_own_process(training_memory_gb, case, setup, device, _MEMORY_STEPS, torch.get_num_threads())
         for case in tqdm(plain, desc="measuring memory", unit="case")
     }
 

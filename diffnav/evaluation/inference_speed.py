@@ -33,7 +33,8 @@ class InferenceCase:
 
     def make_enhancer(self, device: torch.device) -> RetinexEnhancer:
         """The enhancer with fresh weights, laid out as `load_enhancer` does: speed does not depend on them."""
-        return RetinexEnhancer(**self.settings).to(device, memory_format=torch.channels_last).eval()
+        enhancer = RetinexEnhancer(**self.settings).eval()
+        return enhancer.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
 
 
 class InferenceTimer:

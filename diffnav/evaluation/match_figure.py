@@ -30,8 +30,8 @@ def draw_matches(
     canvas[: left.shape[0], : left.shape[1]] = left
     canvas[: right.shape[0], offset:] = right
     for index in _drawn(matches, correct_mask, max_lines):
-        ends = matches.points_a[index], matches.points_b[index] + torch.tensor([offset, 0])
-        _draw_line(canvas, *(end.tolist() for end in ends), GREEN if correct_mask[index] else RED)
+        start, end = matches.points_a[index], matches.points_b[index] + torch.tensor([offset, 0])
+        _draw_line(canvas, start.tolist(), end.tolist(), GREEN if correct_mask[index] else RED)
     _write(canvas, f"{int(correct_mask.sum())} of {len(matches)} correct")
     return canvas
 

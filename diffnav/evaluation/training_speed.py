@@ -94,7 +94,8 @@ class TrainingTimer:
     ) -> None:
         self.name = case.name
         self._clock = PhaseClock(device)
-        stage = case.make_stage(setup).to(device, memory_format=torch.channels_last).train()
+        stage = case.make_stage(setup).train()
+        stage.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
         if case.compiled and compile_stage is not None:
             compile_stage(stage, device)
         self._stage = TimedStage(stage, self._clock)

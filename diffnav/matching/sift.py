@@ -34,7 +34,7 @@ class Sift:
         """Keypoints and descriptors (N, 128) of an image (3, H, W) in [0, 1]; N may be 0."""
         most = self.settings["features"]
         grey = cv2.cvtColor(to_uint8(image), cv2.COLOR_RGB2GRAY)
-        found, descriptors = cv2.SIFT_create(nfeatures=most).detectAndCompute(grey, None)
+        found, descriptors = cv2.SIFT.create(nfeatures=most).detectAndCompute(grey, None)
         if descriptors is None:
             descriptors = np.zeros((0, 128), np.float32)
         rows = [(*keypoint.pt, keypoint.response) for keypoint in found]

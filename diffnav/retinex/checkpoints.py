@@ -43,7 +43,8 @@ def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") ->
             f"(python -m train.enhance init={checkpoint})"
         )
     # Channels last: on CPUs a fifth to a third faster, and a fifth less memory.
-    return build_enhancer(content).to(device, memory_format=torch.channels_last).eval()
+    enhancer = build_enhancer(content).eval()
+    return enhancer.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
 
 
 def build_enhancer(content: dict[str, Any]) -> Enhancer:

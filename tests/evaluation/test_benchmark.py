@@ -90,12 +90,12 @@ def test_the_phases_of_a_step_are_those_of_the_training_loop(setup, clock):
 
     class SlowGradient(torch.autograd.Function):
         @staticmethod
-        def forward(ctx, x):
+        def forward(ctx, x):  # noqa: ARG004
             clock.tick(10)
             return x.clone()
 
         @staticmethod
-        def backward(ctx, gradient):
+        def backward(ctx, gradient):  # noqa: ARG004
             clock.tick(100)
             return gradient
 
@@ -107,7 +107,7 @@ def test_the_phases_of_a_step_are_those_of_the_training_loop(setup, clock):
     setup = replace(setup, darkness=SlowDarkness(), optimiser=SlowAdam)
     timer = TrainingTimer(TrainingCase("compact", NETWORKS["compact"], "decom"), setup, CPU, steps=1)
     decom = timer._stage.stage.enhancer.decom
-    decom.register_forward_hook(lambda module, inputs, R_and_I: tuple(map(SlowGradient.apply, R_and_I)))
+    decom.register_forward_hook(lambda *found: tuple(map(SlowGradient.apply, found[2])))
     assert timer.run() == {"data": 2, "forward": 20, "backward": 200, "optimiser": 1000, "other": 0}
 
 

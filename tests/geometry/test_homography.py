@@ -78,9 +78,7 @@ def test_points_just_beyond_the_horizon_are_not_shielded():
     torch.testing.assert_close(apply_homography(horizon, near), slow_transcription(horizon, near))
 
 
-@pytest.mark.parametrize(
-    ("matrix", "points"), [((3, 4), (5, 2)), ((2, 3), (5, 2)), ((3, 3), (5, 3)), ((3, 3), (2,))]
-)
+@pytest.mark.parametrize(("matrix", "points"), [((3, 4), (5, 2)), ((2, 3), (5, 2)), ((3, 3), (5, 3)), ((3, 3), (2,))])
 def test_other_shapes_are_refused(matrix, points):
     with pytest.raises(ValueError, match="need H"):
         apply_homography(torch.zeros(matrix), torch.zeros(points))
