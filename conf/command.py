@@ -57,6 +57,10 @@ def command(name: str) -> Callable[[Callable[[DictConfig], Any]], Callable[[], N
                 hydra_main()
             except KeyboardInterrupt:
                 sys.exit("interrupted")
+            except BrokenPipeError:
+                # The reader of our output went away (`| head`); Python would complain again when it flushes.
+                os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+                sys.exit(1)
             except Exception as error:
                 _leave(error)
 

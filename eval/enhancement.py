@@ -15,12 +15,14 @@ from diffnav.evaluation.records import RecordLog
 from diffnav.evaluation.rows import enhancement_rows
 from diffnav.evaluation.runner import Runner
 from diffnav.evaluation.tables import write_csv, write_json, write_text
+from diffnav.training.allocator import keep_freed_memory
 from eval.session import make_methods, make_photos, plain_list, protocol
 
 
 @command("enhancement")
 def main(cfg: DictConfig) -> None:
     device = pick_device(cfg.device)
+    keep_freed_memory()
     methods, photos = make_methods(cfg, device), make_photos(cfg)
     shown = choose_photos(photos, cfg.figures.count, plain_list(cfg.figures.sites) or None)
     source = PairSource(photos, instantiate(cfg.darkness), cfg.seed, tuple(plain_list(cfg.data.size)) or None)
