@@ -93,7 +93,8 @@ def make_data(cfg: DictConfig, progress: bool) -> tuple[TrainingPairs, Validatio
     stores = [PhotoStore(side, size, patch, progress) for side in (training, validation)]
     for problem in (problem for store in stores for problem in store.problems if progress):
         print(f"left out: {problem}", file=sys.stderr)
-    pairs = TrainingPairs(stores[0], darkness, patch, cfg.seed, cfg.data.augment_darkness)
+    variation = instantiate(cfg.data.variation)
+    pairs = TrainingPairs(stores[0], darkness, patch, cfg.seed, cfg.data.augment_darkness, variation)
     return pairs, Validation(WholePairs(stores[1], darkness, cfg.validation.seed, crop))
 
 

@@ -12,6 +12,7 @@ from torch.utils.data import Dataset
 
 from diffnav.darkness import Darkening, DarknessModel, darken
 from diffnav.data.store import PhotoStore
+from diffnav.data.variation import Variation, expose, shrink_around
 from diffnav.images import from_uint8
 
 # Chroma is stored at half resolution in blocks of 8 x 8: JPEG's grid repeats every 16 pixels.
@@ -29,7 +30,8 @@ class TrainingPairs(Dataset[Pair]):
     """Sample number -> a random patch, dark and in daylight; a pure function of (seed, number), so runs can resume.
 
     One epoch is one patch of every photo, shuffled. Darkness is drawn anew each time (`augment_darkness`) or once
-    per photo, as in the paper; patches are flipped and turned by quarter turns.
+    per photo, as in the paper; patches are flipped and turned by quarter turns, and go as far beyond the photos as
+    `variation` says.
     """
 
     def __init__(
@@ -39,12 +41,14 @@ class TrainingPairs(Dataset[Pair]):
         patch: int = 96,
         seed: int = 0,
         augment_darkness: bool = True,
+        variation: Variation | None = None,
     ) -> None:
         self.store = store
         self.darkness = darkness
         self.patch = patch
         self.seed = seed
         self.augment_darkness = augment_darkness
+        self.variation = variation or Variation()
         self._epoch = -1
         self._order = np.empty(0, dtype=np.int64)
 
@@ -64,18 +68,27 @@ class TrainingPairs(Dataset[Pair]):
         left = int(dice.integers(width - self.patch + 1))
         drawn = int(dice.integers(2**31))
         seed = drawn if self.augment_darkness else photo_seed(self.seed, self.store.photos[index].name)
-        low, normal = self._patch(index, top, left, seed)
+        zoom, exposure = self.variation.draw(dice)
+        low, normal = self._patch(index, top, left, seed, zoom, exposure)
         turns, flip = int(dice.integers(4)), bool(dice.integers(2))
         return {"low": _turn(low, turns, flip), "normal": _turn(normal, turns, flip)}
 
-    def _patch(self, index: int, top: int, left: int, seed: int) -> tuple[Tensor, Tensor]:
-        window = np.s_[top : top + self.patch, left : left + self.patch]
+    def _patch(
+        self, index: int, top: int, left: int, seed: int, zoom: float, exposure: float
+    ) -> tuple[Tensor, Tensor]:
         levels, stored = self.store.normal[index], self.store.low[index]
-        normal = from_uint8(levels[window])
+        if zoom < 1:
+            levels = shrink_around(levels, top, left, self.patch, zoom)
+            stored = None if stored is None else shrink_around(stored, top, left, self.patch, zoom)
+            top = left = 0
+        window = np.s_[top : top + self.patch, left : left + self.patch]
         if stored is not None:
-            return from_uint8(stored[window]), normal
-        record = self.darkness.draw(self.store.maximum[index], seed)
-        return dark_window(levels, top, left, self.patch, record), normal
+            return from_uint8(stored[window]), from_uint8(levels[window])
+        maximum = self.store.maximum[index]
+        if exposure != 1:
+            levels, maximum = expose(levels, exposure), maximum**exposure
+        record = self.darkness.draw(maximum, seed)
+        return dark_window(levels, top, left, self.patch, record), from_uint8(levels[window])
 
 
 def dark_window(levels: np.ndarray, top: int, left: int, patch: int, record: Darkening) -> Tensor:
