@@ -73,9 +73,7 @@ class TrainingPairs(Dataset[Pair]):
         turns, flip = int(dice.integers(4)), bool(dice.integers(2))
         return {"low": _turn(low, turns, flip), "normal": _turn(normal, turns, flip)}
 
-    def _patch(
-        self, index: int, top: int, left: int, seed: int, zoom: float, exposure: float
-    ) -> tuple[Tensor, Tensor]:
+    def _patch(self, index: int, top: int, left: int, seed: int, zoom: float, exposure: float) -> tuple[Tensor, Tensor]:
         levels, stored = self.store.normal[index], self.store.low[index]
         if zoom < 1:
             levels = shrink_around(levels, top, left, self.patch, zoom)
