@@ -83,6 +83,13 @@ def pick_device(name: str) -> torch.device:
     return torch.device("cuda" if name != "cpu" and torch.cuda.is_available() else "cpu")
 
 
+def is_bf16(precision: str) -> bool:
+    """Whether `precision=float32|bf16` means bf16. Raises: UserError."""
+    if precision not in ("float32", "bf16"):
+        raise UserError(f"precision must be float32 or bf16, got {precision!r}")
+    return precision == "bf16"
+
+
 def picture_size(key: str, value: Any) -> tuple[int, int] | None:
     """The (h, w) that the setting `key` means, None for null. Raises: UserError."""
     if value is None:

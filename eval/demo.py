@@ -11,6 +11,7 @@ from conf.command import choice, choices, command, pick_device
 from diffnav.darkness import DarknessModel
 from diffnav.data.photos import folder_photos
 from diffnav.data.scenes import SceneWindows
+from diffnav.data.splits import thin_photos
 from diffnav.evaluation.demo_page import demo_page
 from diffnav.evaluation.enhancement import PairSource
 from diffnav.evaluation.rotated_matching import match_rotated
@@ -38,7 +39,7 @@ def main(cfg: DictConfig) -> None:
     enhancers = {name: instantiate(choice("enhancer", name)) for name in choices("enhancer")}
     enhancers |= {name: load_enhancer(checkpoint) for name, checkpoint in checkpoints.items()}
     source, matcher = PairSource(every, DarknessModel(), cfg.seed, tuple(cfg.size)), instantiate(cfg.matcher)
-    pairs = [source.read(photo) for photo in every[:: max(1, -(-len(every) // cfg.photos))]]
+    pairs = [source.read(photo) for photo in thin_photos(every, cfg.photos)]
     matched = [match_rotated(pair, enhancers, matcher) for pair in tqdm(pairs, desc="matching", unit="picture")]
 
     origin = str(testing) if cfg.data.root else "the embedded world"

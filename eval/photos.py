@@ -5,7 +5,7 @@ import sys
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from conf.command import command, pick_device
+from conf.command import command, is_bf16, pick_device
 from diffnav.errors import UserError
 from diffnav.evaluation.photos import enhance_photos, plan_photos
 from diffnav.retinex.checkpoints import load_enhancer
@@ -14,15 +14,14 @@ from diffnav.training.allocator import keep_freed_memory
 
 @command("photos")
 def main(cfg: DictConfig) -> None:
-    if cfg.precision not in ("float32", "bf16"):
-        raise UserError(f"precision must be float32 or bf16, got {cfg.precision!r}")
+    bf16 = is_bf16(cfg.precision)
     if not 1 <= cfg.quality <= 100:
         raise UserError(f"quality must be 1 to 100, got {cfg.quality}")
     device = pick_device(cfg.device)
     jobs = plan_photos(str(cfg.images), str(cfg.out), cfg.overwrite)
     keep_freed_memory()
     enhancer = instantiate(cfg.enhancer) if "enhancer" in cfg else load_enhancer(cfg.checkpoint, device)
-    outcome = enhance_photos(jobs, enhancer, device, cfg.precision == "bf16", cfg.quality)
+    outcome = enhance_photos(jobs, enhancer, device, bf16, cfg.quality)
     for problem in outcome.skipped:
         print(f"skipped: {problem}", file=sys.stderr)
     if not outcome.written:

@@ -9,9 +9,9 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from conf.command import choice, plain
+from conf.command import choice, plain, whole_number
 from diffnav.data.photos import Photo
-from diffnav.data.splits import split_photos
+from diffnav.data.splits import split_photos, thin_photos
 from diffnav.errors import UserError
 from diffnav.evaluation.methods import Method, checkpoint_methods, require_distinct
 from diffnav.evaluation.provenance import device_name, git_commit, versions
@@ -54,9 +54,7 @@ def make_photos(cfg: DictConfig) -> list[Photo]:
         photos = training if cfg.part == "training" else validation
     if cfg.limit is None:
         return photos
-    if not isinstance(cfg.limit, int) or cfg.limit < 1:
-        raise UserError(f"limit must be a whole number of photos, 1 or more, got {cfg.limit!r}")
-    return photos[:: max(1, -(-len(photos) // cfg.limit))]
+    return thin_photos(photos, whole_number("limit", cfg.limit, 1))
 
 
 def protocol(

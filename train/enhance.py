@@ -5,7 +5,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from conf.command import command
+from conf.command import command, is_bf16
 from diffnav.errors import UserError
 from diffnav.retinex.checkpoints import build_enhancer, read_checkpoint
 from diffnav.retinex.enhancer import DirectEnhancer, Enhancer, RetinexEnhancer
@@ -15,7 +15,7 @@ from train.session import train
 
 def make_stage(cfg: DictConfig) -> Stage:
     """The stage that `stage`, `train_decom` and `keep_decom_loss` choose, from the checkpoint `init`."""
-    loss, bf16 = instantiate(cfg.loss), cfg.precision == "bf16"
+    loss, bf16 = instantiate(cfg.loss), is_bf16(cfg.precision)
     if cfg.stage not in ("retinex", "direct"):
         raise UserError(f"stage must be retinex or direct, got {cfg.stage!r}")
     if cfg.stage == "direct":

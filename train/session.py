@@ -15,7 +15,7 @@ from conf.command import pick_device, picture_size, plain, whole_number
 from diffnav.darkness import DarknessModel
 from diffnav.data.pairs import TrainingPairs, WholePairs
 from diffnav.data.photos import Photo
-from diffnav.data.splits import split_photos
+from diffnav.data.splits import split_photos, thin_photos
 from diffnav.data.store import PhotoStore
 from diffnav.errors import UserError
 from diffnav.training.allocator import keep_freed_memory
@@ -35,8 +35,6 @@ NEUTRAL = frozenset(
 
 def train(cfg: DictConfig, make_stage: Callable[[DictConfig], Stage]) -> dict[str, float]:
     """Train the stage that `make_stage` builds, as `cfg` says; the figures of the last validation."""
-    if cfg.precision not in ("float32", "bf16"):
-        raise UserError(f"precision must be float32 or bf16, got {cfg.precision!r}")
     device = pick_device(cfg.device)
     crew = join_crew(device)
     try:
@@ -84,9 +82,7 @@ def make_data(cfg: DictConfig, progress: bool) -> tuple[TrainingPairs, Validatio
     darkness: DarknessModel = instantiate(cfg.darkness)
     photos: list[Photo] = instantiate(cfg.data.photos)
     training, validation = split_photos(photos, **cfg.data.split)
-    # Every n-th, so that a small set still sees all validation sources.
-    most = whole_number("validation.photos", cfg.validation.photos, 1)
-    validation = validation[:: -(-len(validation) // most)]
+    validation = thin_photos(validation, whole_number("validation.photos", cfg.validation.photos, 1))
     patch = whole_number("data.patch", cfg.data.patch, 16)
     size = picture_size("data.size", cfg.data.size)
     crop = picture_size("validation.crop", cfg.validation.crop)

@@ -35,6 +35,11 @@ def split_photos(
     return training, validation
 
 
+def thin_photos(photos: Sequence[Photo], most: int) -> list[Photo]:
+    """At most `most` (1 or more) of the photos, every n-th, so that few still come from all places."""
+    return list(photos[:: max(1, -(-len(photos) // most))])
+
+
 def _named(photos: Sequence[Photo], sources: str | Sequence[str]) -> set[str]:
     held_out: set[str] = set()
     for source in [sources] if isinstance(sources, str) else sources:

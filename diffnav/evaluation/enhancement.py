@@ -13,10 +13,8 @@ from diffnav.errors import UserError
 from diffnav.evaluation.predictions import pair_digest
 from diffnav.evaluation.records import ImageRecord, RecordLog
 from diffnav.evaluation.runner import MethodError, Runner
+from diffnav.retinex.enhancer import SMALLEST_PX
 from diffnav.scores import psnr, ssim
-
-# The networks' smallest input.
-SMALLEST = 16
 
 
 @dataclass(frozen=True)
@@ -33,7 +31,7 @@ class PairSource:
         if photo.normal is None:
             raise UserError(f"{photo.low}: has no daylight picture to compare with")
         # One photo at a time: a test set may be larger than the memory.
-        return WholePairs(PhotoStore([photo], self.size, SMALLEST), self.darkness, self.seed)[0]
+        return WholePairs(PhotoStore([photo], self.size, SMALLEST_PX), self.darkness, self.seed)[0]
 
 
 @dataclass

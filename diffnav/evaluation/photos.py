@@ -11,9 +11,7 @@ from tqdm import tqdm
 
 from diffnav.errors import UserError
 from diffnav.images import IMAGE_SUFFIXES, ImageError, find_images, read_exif, read_image, write_image
-
-# The networks' smallest input.
-SMALLEST_PX = 16
+from diffnav.retinex.enhancer import SMALLEST_PX
 
 
 @dataclass(frozen=True)

@@ -1,21 +1,18 @@
 """Line plots as pictures."""
 
-import io
 from collections.abc import Mapping, Sequence
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
 import numpy as np
-from PIL import Image
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
 
 
 def loss_curves(steps: Sequence[int], losses: Mapping[str, Sequence[float]]) -> np.ndarray:
     """The named losses over the steps, one small panel each: (H, W, 3) uint8."""
     columns = min(len(losses), 4)
     rows = -(-len(losses) // columns)
-    figure, axes = plt.subplots(rows, columns, figsize=(2.9 * columns, 2.1 * rows), squeeze=False, sharex=True)
+    figure = Figure((2.9 * columns, 2.1 * rows), dpi=110)
+    axes = figure.subplots(rows, columns, squeeze=False, sharex=True)
     for axis, (name, values) in zip(axes.flat, losses.items(), strict=False):
         axis.plot(steps, values, color="#1f77b4", linewidth=1.3)
         axis.set_title(name, fontsize=9)
@@ -26,12 +23,6 @@ def loss_curves(steps: Sequence[int], losses: Mapping[str, Sequence[float]]) -> 
     for axis in axes[-1]:
         axis.set_xlabel("step", fontsize=8)
     figure.tight_layout()
-    return _rendered(figure)
-
-
-def _rendered(figure: plt.Figure) -> np.ndarray:
-    buffer = io.BytesIO()
-    figure.savefig(buffer, format="png", dpi=110)
-    plt.close(figure)
-    with Image.open(buffer) as picture:
-        return np.asarray(picture.convert("RGB"))
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return np.asarray(canvas.buffer_rgba())[..., :3].copy()

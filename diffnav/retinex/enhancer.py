@@ -11,6 +11,9 @@ from diffnav.retinex.decom import DecomNet, Padding
 from diffnav.retinex.enhance import EnhanceNet
 from diffnav.retinex.tiles import DEFAULT_TILE_PIXELS, apply_tiled
 
+# The smallest side of an image that the networks take.
+SMALLEST_PX = 16
+
 
 class Components(NamedTuple):
     """What the networks make of a dark image: R (B, 3, H, W), I and Ih (B, 1, H, W), enhanced = Ih o R (Eq. 1)."""
@@ -108,8 +111,10 @@ class DirectEnhancer(Enhancer):
 def on_padded(network: Callable[[Tensor], tuple[Tensor, ...]], image: Tensor) -> tuple[Tensor, ...]:
     """Run `network` on the image padded by reflection to multiples of 8, and crop its outputs back."""
     height, width = image.shape[2:]
-    if min(height, width) < 16:
-        raise ValueError(f"need an image of 16 x 16 or more, got {width} x {height}; enlarge it first")
+    if min(height, width) < SMALLEST_PX:
+        raise ValueError(
+            f"need an image of {SMALLEST_PX} x {SMALLEST_PX} or more, got {width} x {height}; enlarge it first"
+        )
     right, bottom = -width % 8, -height % 8
     padded = pad(image, (0, right, 0, bottom), mode="reflect") if right or bottom else image
     return tuple(out[..., :height, :width] for out in network(padded))
