@@ -4,6 +4,10 @@ import os
 from dataclasses import dataclass
 
 import torch
+
+# Its default arguments hold the process group of the time when it is first imported. DistributedDataParallel would
+# import it after the group began: the group, never released, would keep threads that abort the process at its end.
+import torch.distributed.nn
 from torch import Tensor, distributed, nn
 
 

@@ -21,11 +21,11 @@ def free_port() -> int:
         return probe.getsockname()[1]
 
 
-def torchrun(*arguments: str) -> subprocess.CompletedProcess:
-    """`torchrun --nproc_per_node=2 -m train.decom arguments`."""
+def torchrun(*program: str) -> subprocess.CompletedProcess:
+    """`torchrun --nproc_per_node=2 program`."""
     here = ["--master_addr=127.0.0.1", f"--master_port={free_port()}", "--nproc_per_node=2"]
     return subprocess.run(
-        [sys.executable, "-m", "torch.distributed.run", *here, "-m", "train.decom", *arguments],
+        [sys.executable, "-m", "torch.distributed.run", *here, *program],
         cwd=REPOSITORY,
         env=ENVIRONMENT,
         capture_output=True,
@@ -44,7 +44,7 @@ def test_two_processes_reach_the_losses_of_one(tiny: list[str], tmp_path: Path, 
     """
     settings = (*tiny, "training.batch=4", "training.save_every=6")
     for steps in (6, 12):
-        done = torchrun(*settings, "run=two", f"training.steps={steps}")
+        done = torchrun("-m", "train.decom", *settings, "run=two", f"training.steps={steps}")
         assert done.returncode == 0, done.stderr
     door(decom.main, *settings, "run=one", "training.steps=12")
     for table, names in (("metrics", LOSSES), ("validation", ("psnr", "ssim", "R_mean", "I_mean"))):
@@ -54,6 +54,34 @@ def test_two_processes_reach_the_losses_of_one(tiny: list[str], tmp_path: Path, 
             expected = [float(theirs[name]) for name in names]
             assert [float(ours[name]) for name in names] == pytest.approx(expected, rel=1e-4)
     assert len(rows(tmp_path / "two/metrics.csv")) == 12
+
+
+TRAIN_AND_LEAVE = """
+import torch
+from pathlib import Path
+from diffnav.training.distributed import join_crew, leave_crew
+
+def train(crew):
+    layer = torch.nn.Linear(1, 1, bias=False)
+    wrapped = crew.wrap(layer)
+    wrapped(torch.tensor([[4.0 * crew.rank]])).sum().backward()
+    return layer.weight.grad.item()
+
+crew = join_crew(torch.device("cpu"))
+assert train(crew) == 2.0
+leave_crew(crew)
+names = [task.joinpath("comm").read_text().strip() for task in Path("/proc/self/task").glob("*")]
+assert not [name for name in names if "gloo" in name], names
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="names of threads are read from Linux's /proc")
+def test_no_thread_outlives_the_process_group(tmp_path: Path) -> None:
+    """A thread of gloo that is alive when the interpreter ends may abort the process."""
+    program = tmp_path / "train.py"
+    program.write_text(TRAIN_AND_LEAVE)
+    done = torchrun(str(program))
+    assert done.returncode == 0, done.stderr
 
 
 def test_processes_need_a_name_for_their_run() -> None:
