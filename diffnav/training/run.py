@@ -5,6 +5,7 @@ runs/NAME/config.json      the resolved configuration
           last.pt best.pt  weights, for `load_enhancer`
           metrics.csv      one row a logged step;  validation.csv one row a validation
           events.out...    TensorBoard
+          lock             held by the process that trains
 """
 
 import csv
@@ -18,8 +19,9 @@ import torch
 from torch import Tensor
 from torch.utils.tensorboard import SummaryWriter
 
+from diffnav.checkpoints import save_enhancer
 from diffnav.errors import UserError
-from diffnav.retinex.checkpoints import save_enhancer
+from diffnav.training.lock import FolderLock
 from diffnav.training.stages import Stage
 
 
@@ -30,7 +32,7 @@ class Run:
     them. writes: whether this process writes into the folder; of several that train together, one does.
 
     Raises: UserError if the folder holds a run of another configuration, naming the first key that differs,
-    or cannot be written.
+    cannot be written, or is another process's at the moment.
     """
 
     def __init__(
@@ -44,6 +46,7 @@ class Run:
         self.config = config
         self._writes = writes
         self._writer: SummaryWriter | None = None
+        self._lock: FolderLock | None = None
         self._state_path = self.folder / "state.pt"
         stored = self.folder / "config.json"
         # Without a state nothing was trained: a first attempt with a wrong setting binds nobody.
@@ -52,6 +55,7 @@ class Run:
         if writes:
             try:
                 self.folder.mkdir(parents=True, exist_ok=True)
+                self._lock = FolderLock(self.folder)
                 _write_whole(stored, json.dumps(config, indent=1))
             except OSError as error:
                 raise UserError(
@@ -121,9 +125,11 @@ class Run:
             self.writer(step).add_image(f"{table}/{name}", picture.clamp(0, 1), step)
 
     def close(self) -> None:
-        """Flush the logs."""
+        """Flush the logs and leave the folder to others."""
         if self._writer is not None:
             self._writer.close()
+        if self._lock is not None:
+            self._lock.release()
 
 
 def _flat(config: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
