@@ -157,6 +157,10 @@ def _sentence(error: Exception) -> str:
     if missing:
         wanted, group, names = missing.groups()
         return f"unknown {wanted.replace('/', '=')}; {group} can be {', '.join(names.split())}"
+    unchosen = re.search(r"You must specify '([^']+)'.*Available options:\s+(.*)", text, re.S)
+    if unchosen:
+        group, names = unchosen.groups()
+        return f"the setting {group} is missing: add {' or '.join(f'{group}={name}' for name in names.split())}"
     mandatory = re.search(r"Missing mandatory value: (\S+)", text)
     if mandatory:
         return f"the setting {mandatory.group(1)} is missing: add {mandatory.group(1)}=..."

@@ -6,9 +6,9 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from conf.command import command, is_bf16, pick_device
+from diffnav.checkpoints import load_enhancer
 from diffnav.errors import UserError
 from diffnav.evaluation.photos import enhance_photos, plan_photos
-from diffnav.retinex.checkpoints import load_enhancer
 from diffnav.training.allocator import keep_freed_memory
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import diffnav
-from diffnav.retinex.checkpoints import load_enhancer
+from diffnav.checkpoints import load_enhancer
 
 ROOT = Path(diffnav.__file__).parents[1]
 

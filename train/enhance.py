@@ -6,8 +6,8 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from conf.command import command, is_bf16
+from diffnav.checkpoints import build_enhancer, read_checkpoint
 from diffnav.errors import UserError
-from diffnav.retinex.checkpoints import build_enhancer, read_checkpoint
 from diffnav.retinex.enhancer import DirectEnhancer, Enhancer, RetinexEnhancer
 from diffnav.training.stages import DirectStage, EnhanceStage, Stage
 from train.session import train
@@ -21,9 +21,7 @@ def make_stage(cfg: DictConfig) -> Stage:
     if cfg.stage == "direct":
         direct = initial_enhancer(cfg) if cfg.init else DirectEnhancer(**cfg.network)
         if not isinstance(direct, DirectEnhancer):
-            raise UserError(
-                f"init={cfg.init} is a Retinex network; stage=direct starts from a direct one, or from none"
-            )
+            raise UserError(f"init={cfg.init} is a Retinex network; stage=direct starts from a direct one or none")
         return DirectStage(direct, loss, bf16)
     if not cfg.init:
         raise UserError(
@@ -40,6 +38,8 @@ def initial_enhancer(cfg: DictConfig) -> Enhancer:
     """The enhancer of `init`, a run's name or a checkpoint; its settings must be those of `network`."""
     run = Path(cfg.paths.runs).expanduser() / str(cfg.init)
     enhancer = build_enhancer(read_checkpoint(run if run.is_dir() else cfg.init))
+    if not isinstance(enhancer, Enhancer):
+        raise UserError(f"init={cfg.init} is a baseline, which train.enhance does not train; give a Retinex checkpoint")
     for key, value in cfg.network.items():
         if enhancer.settings[str(key)] != value:
             trained = enhancer.settings[str(key)]

@@ -15,6 +15,8 @@ class GammaOracle(nn.Module):
     Noise, blur and colour cast stay: only Eq. 9 is inverted. Raises: UserError if a record is missing.
     """
 
+    needs_record = True
+
     def forward(self, image: Tensor, record: Sequence[Darkening] | None = None) -> Tensor:
         records = require_records(image, record, "gamma_oracle")
         return torch.stack(

@@ -16,6 +16,8 @@ class Normal(nn.Module):
     Raises: UserError if a record, or the picture in it, is missing or of another size.
     """
 
+    needs_record = True
+
     def forward(self, image: Tensor, record: Sequence[Darkening] | None = None) -> Tensor:
         pictures = [one.normal for one in require_records(image, record, "normal")]
         if any(picture is None or picture.shape != image.shape[1:] for picture in pictures):

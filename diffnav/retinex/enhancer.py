@@ -1,15 +1,15 @@
 """The enhancers made of the two networks: `RetinexEnhancer` (the paper's) and `DirectEnhancer` (its plain rival)."""
 
-from collections.abc import Callable, Sequence
-from typing import Any, Literal, NamedTuple
+from collections.abc import Callable
+from typing import Literal, NamedTuple
 
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn.functional import pad
 
 from diffnav.errors import UserError
 from diffnav.retinex.decom import DecomNet, Padding
 from diffnav.retinex.enhance import EnhanceNet
-from diffnav.retinex.tiles import DEFAULT_TILE_PIXELS, apply_tiled
+from diffnav.retinex.tiles import HALO, TiledEnhancer
 
 # The smallest side of an image that the networks take.
 SMALLEST_PX = 16
@@ -24,15 +24,11 @@ class Components(NamedTuple):
     enhanced: Tensor
 
 
-class Enhancer(nn.Module):
-    """Decom-Net, Enhance-Net, any image size, tiles for large images: what both enhancers share.
+class Enhancer(TiledEnhancer):
+    """Decom-Net and Enhance-Net: what both enhancers share."""
 
-    `settings` (the constructor's arguments) rebuild it. In evaluation mode, images of more than `tile_pixels` go
-    through in overlapping tiles.
-    """
-
+    halo = HALO
     illumination_channels: int
-    tile_pixels: int = DEFAULT_TILE_PIXELS
 
     def __init__(
         self,
@@ -58,19 +54,6 @@ class Enhancer(nn.Module):
         }
         self.decom = DecomNet(width, jump, max_channel, padding)
         self.enhance = EnhanceNet(width, up_kernel, activation, self.illumination_channels, padding)
-
-    def forward(self, image: Tensor, record: Sequence[Any] | None = None) -> Tensor:  # noqa: ARG002
-        """The enhanced image, (B, 3, H, W) in [0, 1] -> the same; `record` (of the darkening) is not looked at."""
-        if self.training:
-            return self._whole(image)
-        return apply_tiled(self._whole, image, self.tile_pixels).clamp(0, 1)
-
-    def _whole(self, image: Tensor) -> Tensor:
-        raise NotImplementedError
-
-    @property
-    def parameter_count(self) -> int:
-        return sum(p.numel() for p in self.parameters())
 
 
 class RetinexEnhancer(Enhancer):

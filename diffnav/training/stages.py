@@ -8,6 +8,7 @@ from torch import Tensor, nn
 from diffnav.losses.retinex import RetinexLoss
 from diffnav.retinex.enhancer import Components, DirectEnhancer, Enhancer, RetinexEnhancer
 from diffnav.retinex.state import component_state
+from diffnav.retinex.tiles import TiledEnhancer
 
 Losses = dict[str, Tensor]
 Figures = dict[str, Tensor]
@@ -21,19 +22,26 @@ class Stage(nn.Module):
     """
 
     name: str
-    enhancer: Enhancer
+    enhancer: TiledEnhancer
 
-    def __init__(self, enhancer: Enhancer, loss: RetinexLoss, bf16: bool = False) -> None:
+    def __init__(self, enhancer: TiledEnhancer, bf16: bool = False) -> None:
         super().__init__()
         self.enhancer = enhancer
-        self.loss = loss
         self.bf16 = bf16
 
     def autocast(self, like: Tensor) -> Any:
         return torch.autocast(like.device.type, dtype=torch.bfloat16, enabled=self.bf16)
 
 
-class DecomStage(Stage):
+class RetinexStage(Stage):
+    """A stage of the two networks (or of their plain rival) with the paper's losses."""
+
+    def __init__(self, enhancer: Enhancer, loss: RetinexLoss, bf16: bool = False) -> None:
+        super().__init__(enhancer, bf16)
+        self.loss = loss
+
+
+class DecomStage(RetinexStage):
     """Stage one: Decom-Net on both images with L_Decom (Eq. 2)."""
 
     name = "decom"
@@ -51,7 +59,7 @@ class DecomStage(Stage):
         return losses, component_state(Components(R[:n], I[:n], I[n:], low))
 
 
-class EnhanceStage(Stage):
+class EnhanceStage(RetinexStage):
     """Stage two: Enhance-Net with L_Enhance (Eq. 6), Decom-Net frozen; with `train_decom`, the joint stage.
 
     The joint stage trains both networks and, where `decom_loss` is given, keeps L_Decom beside L_Enhance:
@@ -86,7 +94,7 @@ class EnhanceStage(Stage):
         return losses, component_state(parts)
 
 
-class DirectStage(Stage):
+class DirectStage(RetinexStage):
     """The plain rival: the same trunks, image to image, with Eq. 7 and 8."""
 
     name = "direct"

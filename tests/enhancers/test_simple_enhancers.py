@@ -8,7 +8,8 @@ import cv2
 import numpy as np
 import pytest
 import torch
-from hydra.utils import instantiate
+from hydra.errors import InstantiationException
+from hydra.utils import get_object, instantiate
 from torch import Tensor
 
 from conf.command import choice, choices
@@ -36,7 +37,12 @@ def darkened(normal: Tensor) -> tuple[Tensor, list[Darkening]]:
 
 @pytest.mark.parametrize("name", choices("enhancer"))
 def test_every_enhancer_keeps_shape_range_and_argument(name: str) -> None:
-    enhancer = instantiate(choice("enhancer", name)).eval()
+    try:
+        enhancer = instantiate(choice("enhancer", name)).eval()
+    except InstantiationException as error:
+        if "no weights file" in str(error):
+            pytest.skip(f"the published weights of {name} are not here")
+        raise
     low, records = darkened(daylight(2, (40, 56)))
     before = low.clone()
     with torch.no_grad():
@@ -52,8 +58,10 @@ def test_every_enhancer_keeps_shape_range_and_argument(name: str) -> None:
 def test_a_yaml_holds_every_argument(name: str) -> None:
     """Its defaults are written out, so that settings are found and a hash of them says all."""
     cfg = choice("enhancer", name)
-    parameters = inspect.signature(type(instantiate(cfg))).parameters.values()
-    assert {p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD} == set(cfg) - {"_target_"}
+    parameters = inspect.signature(get_object(cfg["_target_"])).parameters.values()
+    names = {p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD}
+    # Where it runs is the command's setting, not the enhancer's.
+    assert names - {"device"} == set(cfg) - {"_target_"}
 
 
 def test_input_changes_nothing() -> None:

@@ -56,7 +56,7 @@ def test_a_batch_and_the_direct_rival_leave_no_seams():
 
 
 def test_the_comparison_would_see_a_seam(monkeypatch):
-    monkeypatch.setattr(tiles, "HALO", 40)
+    monkeypatch.setattr(Enhancer, "halo", 40)
     assert seam(make_enhancer(), random_image(217, 185), 2 * 40 + 40) > 1e-4
 
 

@@ -10,8 +10,8 @@ import pytest
 import torch
 from tiny_training import rows
 
+from diffnav.checkpoints import load_enhancer, read_checkpoint
 from diffnav.errors import UserError
-from diffnav.retinex.checkpoints import load_enhancer, read_checkpoint
 from train import decom, enhance, session
 
 TWO = "training.steps=2"

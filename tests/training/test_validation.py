@@ -7,7 +7,7 @@ import torch
 from tiny_training import Patches, column, make_stage, train, weights
 from torch import Tensor
 
-from diffnav.retinex.checkpoints import read_checkpoint
+from diffnav.checkpoints import read_checkpoint
 from diffnav.retinex.enhancer import RetinexEnhancer
 from diffnav.retinex.state import illumination_is_alive
 from diffnav.training.stages import EnhanceStage, Stage

@@ -7,9 +7,8 @@ from pathlib import Path
 import pytest
 import torch
 
-from diffnav.errors import UserError
-from diffnav.retinex import checkpoints
-from diffnav.retinex.checkpoints import (
+from diffnav import checkpoints
+from diffnav.checkpoints import (
     build_enhancer,
     checkpoint_sha256,
     find_checkpoint,
@@ -18,15 +17,23 @@ from diffnav.retinex.checkpoints import (
     save_enhancer,
     shipped_checkpoints,
 )
+from diffnav.enhancers.lightennet import LightenNet
+from diffnav.enhancers.zero_dce import ZeroDce
+from diffnav.errors import UserError
 from diffnav.retinex.enhancer import DirectEnhancer, RetinexEnhancer
 
+KINDS = {RetinexEnhancer: "retinex", DirectEnhancer: "direct", LightenNet: "lightennet", ZeroDce: "zero_dce"}
 UNUSUAL = {"width": 3, "jump": "concat", "max_channel": False, "up_kernel": 2, "activation": "none", "padding": "zeros"}
 
 
-@pytest.fixture(params=[RetinexEnhancer, DirectEnhancer])
+def settings_of(kind: type) -> dict:
+    return UNUSUAL if kind in (RetinexEnhancer, DirectEnhancer) else {}
+
+
+@pytest.fixture(params=KINDS)
 def enhancer(request):
     torch.manual_seed(0)
-    return request.param(**UNUSUAL)
+    return request.param(**settings_of(request.param))
 
 
 def save_content(path: Path, **changes) -> Path:
@@ -43,7 +50,7 @@ def test_loading_gives_back_what_was_saved(tmp_path, enhancer):
     loaded = load_enhancer(path)
     assert type(loaded) is type(enhancer)
     assert not loaded.training
-    assert loaded.settings == enhancer.settings == UNUSUAL
+    assert loaded.settings == enhancer.settings == settings_of(type(enhancer))
     assert loaded.state_dict().keys() == enhancer.state_dict().keys()
     assert all(torch.equal(loaded.state_dict()[key], value) for key, value in enhancer.state_dict().items())
     image = torch.rand(1, 3, 17, 23, generator=torch.Generator().manual_seed(0))
@@ -51,7 +58,8 @@ def test_loading_gives_back_what_was_saved(tmp_path, enhancer):
         # The layout in memory may differ, and with it the last bit of a sum.
         torch.testing.assert_close(loaded(image), enhancer.eval()(image), atol=1e-6, rtol=0)
     content = read_checkpoint(path)
-    assert content["kind"] == ("retinex" if type(enhancer) is RetinexEnhancer else "direct")
+    assert content["kind"] == KINDS[type(enhancer)]
+    assert loaded.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
     assert (content["stage"], content["provenance"]) == ("joint", {"step": 12, "commit": "abc"})
     assert sorted(p.name for p in tmp_path.iterdir()) == ["möwe 1.pt"], "nothing is left beside it"
 
@@ -94,7 +102,7 @@ def test_an_unknown_name_lists_those_that_ship(tmp_path, monkeypatch):
 @pytest.mark.parametrize("name", shipped_checkpoints() or [None])
 def test_every_shipped_checkpoint_loads(name):
     if name is None:
-        pytest.skip("no checkpoint ships in diffnav/retinex/weights yet")
+        pytest.skip("no checkpoint ships in diffnav/weights yet")
     loaded = load_enhancer(name)
     image = torch.rand(1, 3, 32, 40, generator=torch.Generator().manual_seed(0))
     with torch.no_grad():

@@ -1,6 +1,5 @@
 """Enhancers on disk: weights files, the ones that ship, and `load_enhancer`."""
 
-import hashlib
 import os
 from importlib import resources
 from pathlib import Path
@@ -8,16 +7,26 @@ from typing import Any
 
 import torch
 
+from diffnav.enhancers.lightennet import LightenNet
+from diffnav.enhancers.zero_dce import ZeroDce
 from diffnav.errors import UserError
-from diffnav.retinex.enhancer import DirectEnhancer, Enhancer, RetinexEnhancer
+from diffnav.pretrained import file_sha256, load_weights
+from diffnav.retinex.enhancer import DirectEnhancer, RetinexEnhancer
+from diffnav.retinex.tiles import TiledEnhancer
 
-KINDS: dict[str, type[Enhancer]] = {"retinex": RetinexEnhancer, "direct": DirectEnhancer}
+KINDS: dict[str, type[TiledEnhancer]] = {
+    "retinex": RetinexEnhancer,
+    "direct": DirectEnhancer,
+    "lightennet": LightenNet,
+    "zero_dce": ZeroDce,
+}
 
 
-def save_enhancer(path: Path, enhancer: Enhancer, stage: str, provenance: dict[str, Any]) -> None:
+def save_enhancer(path: Path, enhancer: TiledEnhancer, stage: str, provenance: dict[str, Any]) -> None:
     """Write weights, the settings that rebuild the network, and where they come from; whole or not at all.
 
-    `stage` is decom, enhance, joint or direct; `provenance` holds plain values (command, commit, step, ...).
+    `stage` is decom, enhance, joint, direct, lightennet or zero_dce; `provenance` holds plain values (command,
+    commit, step, ...).
     """
     kind = next(name for name, cls in KINDS.items() if type(enhancer) is cls)
     weights = {name: tensor.detach().cpu() for name, tensor in enhancer.state_dict().items()}
@@ -29,7 +38,7 @@ def save_enhancer(path: Path, enhancer: Enhancer, stage: str, provenance: dict[s
     os.replace(aside, path)
 
 
-def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") -> Enhancer:
+def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") -> TiledEnhancer:
     """A trained enhancer in evaluation mode: `(B, 3, H, W)` RGB in [0, 1] -> the same, on `device`.
 
     `checkpoint` is the name of one that ships (`shipped_checkpoints()`), a weights file, or a run's folder.
@@ -44,10 +53,11 @@ def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") ->
         )
     # Channels last: on CPUs a fifth to a third faster, and a fifth less memory.
     enhancer = build_enhancer(content).eval()
+    enhancer.sha256 = checkpoint_sha256(checkpoint)
     return enhancer.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
 
 
-def build_enhancer(content: dict[str, Any]) -> Enhancer:
+def build_enhancer(content: dict[str, Any]) -> TiledEnhancer:
     """The network of a checkpoint's content, with its weights. Raises: UserError if the two do not fit."""
     try:
         enhancer = KINDS[content["kind"]](**content["settings"])
@@ -63,12 +73,9 @@ def build_enhancer(content: dict[str, Any]) -> Enhancer:
 def read_checkpoint(checkpoint: str | Path) -> dict[str, Any]:
     """The content of a checkpoint: kind, settings, stage, weights, provenance. Raises: UserError."""
     path = find_checkpoint(checkpoint)
-    try:
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except Exception as error:  # torch raises a different type for each way a file can be damaged
-        raise UserError(f"{path}: not a checkpoint that can be read ({_first_line(error)})") from None
+    content = load_weights(path)
     if not isinstance(content, dict) or not {"kind", "settings", "stage", "weights"} <= content.keys():
-        raise UserError(f"{path}: not a checkpoint of diffnav; give one written by train.enhance")
+        raise UserError(f"{path}: not a checkpoint of diffnav; give one written by a training command")
     if content["kind"] not in KINDS:
         raise UserError(f"{path}: holds a network of unknown kind {content['kind']!r}; update diffnav")
     return content
@@ -89,13 +96,13 @@ def find_checkpoint(checkpoint: str | Path) -> Path:
 
 def shipped_checkpoints() -> dict[str, Path]:
     """Name -> weights file of the checkpoints inside the package."""
-    folder = Path(str(resources.files("diffnav.retinex") / "weights"))
+    folder = Path(str(resources.files("diffnav") / "weights"))
     return {path.stem: path for path in sorted(folder.glob("*.pt"))}
 
 
 def checkpoint_sha256(checkpoint: str | Path) -> str:
     """The SHA-256 of a checkpoint's file, in hexadecimal."""
-    return hashlib.sha256(find_checkpoint(checkpoint).read_bytes()).hexdigest()
+    return file_sha256(find_checkpoint(checkpoint))
 
 
 def _first_line(error: Exception) -> str:
