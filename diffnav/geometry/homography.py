@@ -3,6 +3,8 @@
 Points are (..., N, 2) as x, y in pixels, integer coordinates at pixel centres; results are float64.
 """
 
+import math
+
 import torch
 from torch import Tensor
 
@@ -33,6 +35,20 @@ def apply_homography(H_a_b: Tensor, points: Tensor) -> Tensor:
     smallest = smallest.clamp(min=1e-100)
     shielded = torch.where(scale < 0, -smallest, smallest)
     return mapped[..., :2] / torch.where(scale.abs() < smallest, shielded, scale)
+
+
+def homography_corner_error_px(H_estimated: Tensor | None, H_true: Tensor, size: tuple[int, int]) -> float:
+    """Mean distance in image b between where two homographies (3, 3) put the four corners of image a.
+
+    The corners are the outermost pixels' centres of a's `size` (h, w). Infinite where nothing was estimated (None).
+    Source: DeTone et al. 2016, section 4; HPatches' homography estimation.
+    """
+    if H_estimated is None:
+        return math.inf
+    height, width = size
+    corners = H_true.new_tensor([[0, 0], [width - 1, 0], [width - 1, height - 1], [0, height - 1]], dtype=torch.float64)
+    distances = (apply_homography(H_estimated, corners) - apply_homography(H_true, corners)).norm(dim=-1)
+    return distances.mean().item()
 
 
 def rotation_180(size: tuple[int, int]) -> Tensor:

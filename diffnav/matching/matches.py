@@ -12,13 +12,16 @@ class Features:
     """Keypoints of one image, the strongest first.
 
     keypoints: (N, 2) float32 x, y in pixels; a position comes once per descriptor (a corner may have several
-    orientations). descriptors: (N, D) float32. scores: (N,) float32, the detector's response. size: (h, w).
+    orientations). descriptors: (N, D) float32, or uint8 of 8 bits each if binary. scores: (N,) float32, the
+    detector's response. size: (h, w).
+    image: the picture itself, (3, h, w), where a matcher without keypoints needs it; its N is 0.
     """
 
     keypoints: Tensor
     descriptors: Tensor
     scores: Tensor
     size: tuple[int, int]
+    image: Tensor | None = None
 
     def __len__(self) -> int:
         return len(self.keypoints)
@@ -26,7 +29,7 @@ class Features:
 
 @dataclass(frozen=True)
 class Matches:
-    """Pairs of points between images a and b; no position of a or of b comes twice.
+    """Pairs of points between images a and b; no two of them share a pixel of a or of b.
 
     points_a, points_b: (M, 2) float32 x, y in pixels. confidence: (M,) float32 in [0, 1], the matcher's own.
     matcher, settings: who made them, and how.

@@ -1,21 +1,57 @@
 """Nearest neighbours among descriptors: ratio test, mutual check, and each position counted once."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import torch
 from torch import Tensor
 
-from diffnav.matching.matches import Features
+from diffnav.errors import UserError
+from diffnav.matching.hamming import two_nearest_hamming
+from diffnav.matching.matches import Features, Matches
 
 # Rows of the distance matrix computed at a time: 10,000 descriptors then need 80 MB, not 400.
 _ROWS = 2_000
 
 
+def nearest_settings(features: int, ratio: float, mutual: bool) -> dict[str, Any]:
+    """The settings of a matcher that takes the nearest, by name. Raises: UserError naming one out of range."""
+    require_count(features)
+    if not isinstance(ratio, int | float) or not 0 < ratio <= 1:
+        raise UserError(f"matcher.ratio must be above 0 and at most 1, got {ratio}")
+    if not isinstance(mutual, bool):
+        raise UserError(f"matcher.mutual must be true or false, got {mutual}")
+    return {"features": features, "ratio": ratio, "mutual": mutual}
+
+
+def require_count(features: int) -> None:
+    """Raise UserError unless `features` is a whole number from 1 on."""
+    if not isinstance(features, int) or features < 1:
+        raise UserError(f"matcher.features must be a whole number, 1 or more, got {features}")
+
+
+def match_nearest(a: Features, b: Features, matcher: str, settings: Mapping[str, Any]) -> Matches:
+    """Each a's nearest b that passes the ratio test and the mutual check of `settings`, each position counted once."""
+    indices, confidence = nearest_neighbours(a.descriptors, b.descriptors, settings["ratio"], settings["mutual"])
+    indices, confidence = count_positions_once(a, b, indices, confidence)
+    return matches_at(a, b, indices, confidence, matcher, settings)
+
+
+def matches_at(
+    a: Features, b: Features, indices: Tensor, confidence: Tensor, matcher: str, settings: Mapping[str, Any]
+) -> Matches:
+    """The points of a and b at `indices` (M, 2) as `Matches`; confidence (M,)."""
+    return Matches(a.keypoints[indices[:, 0]], b.keypoints[indices[:, 1]], confidence, matcher, settings)
+
+
 def nearest_neighbours(
     descriptors_a: Tensor, descriptors_b: Tensor, ratio: float = 1.0, mutual: bool = True
 ) -> tuple[Tensor, Tensor]:
-    """Indices (M, 2) of each a's Euclidean nearest b, and the confidences (M,) = 1 - d1 / d2 in [0, 1].
+    """Indices (M, 2) of each a's nearest b, and the confidences (M,) = 1 - d1 / d2 in [0, 1].
 
     Args:
-        descriptors_a, descriptors_b: (N, D), (K, D).
+        descriptors_a, descriptors_b: (N, D), (K, D), compared by Euclidean distance, or by Hamming distance if they
+            are binary (uint8, 8 bits each).
         ratio: kept where d1 < ratio * d2, the distances to the nearest and the second nearest b (Lowe 2004);
             1 or more tests nothing.
         mutual: kept where a is also b's nearest.
@@ -23,7 +59,8 @@ def nearest_neighbours(
     """
     needed = 2 if ratio < 1 else 1
     if len(descriptors_a) == 0 or len(descriptors_b) < needed:
-        return descriptors_a.new_zeros((0, 2), dtype=torch.long), descriptors_a.new_zeros((0,))
+        nothing = descriptors_a.new_zeros(0, dtype=torch.float32)
+        return nothing.new_zeros((0, 2), dtype=torch.long), nothing
     nearest, first, second = _two_nearest(descriptors_a, descriptors_b)
     keep = first < ratio * second if ratio < 1 else torch.ones_like(first, dtype=torch.bool)
     if mutual:
@@ -36,15 +73,16 @@ def nearest_neighbours(
 
 
 def count_positions_once(a: Features, b: Features, indices: Tensor, confidence: Tensor) -> tuple[Tensor, Tensor]:
-    """The given matches without those whose point in a or in b a more confident match already uses.
+    """The given matches without those whose pixel in a or in b a more confident match already uses.
 
-    Several orientations of one keypoint must not count as several matches. They are dropped here, not before
-    matching: which orientation comes first differs between two images, and the wrong ones would not match.
+    Several orientations of one keypoint must not count as several matches, nor one corner found at several scales a
+    fraction of a pixel apart. They are dropped here, not before matching: which orientation comes first differs
+    between two images, and the wrong ones would not match.
 
     Args: indices (M, 2) into a and b; confidence (M,). Returns: the same for the M' <= M kept, most confident first.
     """
     order = confidence.argsort(descending=True, stable=True)
-    points = torch.cat([a.keypoints[indices[:, 0]], b.keypoints[indices[:, 1]]], 1).tolist()
+    points = torch.cat([a.keypoints[indices[:, 0]], b.keypoints[indices[:, 1]]], 1).round().tolist()
     used_a, used_b = set(), set()
     kept = []
     for i in order.tolist():
@@ -58,6 +96,8 @@ def count_positions_once(a: Features, b: Features, indices: Tensor, confidence: 
 
 def _two_nearest(descriptors_a: Tensor, descriptors_b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """(index of the nearest b, its distance, the second nearest's distance), each (N,); infinite without a second."""
+    if descriptors_a.dtype == torch.uint8:
+        return two_nearest_hamming(descriptors_a, descriptors_b)
     parts = []
     for rows in descriptors_a.split(_ROWS):
         distances, indices = torch.cdist(rows, descriptors_b).topk(min(2, len(descriptors_b)), largest=False)

@@ -1,10 +1,17 @@
+import math
+
 import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
 from torch.autograd import gradcheck
 
-from diffnav.geometry.homography import apply_homography, rotate_180, rotation_180
+from diffnav.geometry.homography import (
+    apply_homography,
+    homography_corner_error_px,
+    rotate_180,
+    rotation_180,
+)
 
 H = torch.tensor([[1.1, -0.2, 14.0], [0.3, 0.9, -7.0], [2e-4, -1e-4, 1.0]], dtype=torch.float64)
 POINTS = torch.tensor([[0.0, 0.0], [599.0, 0.0], [17.5, 321.25], [599.0, 399.0]], dtype=torch.float64)
@@ -98,3 +105,20 @@ def test_half_a_turn_by_hand():
     corner = apply_homography(rotation_180((400, 600)), torch.tensor([[0.0, 0.0], [599, 399], [10, 20]]))
     assert corner.tolist() == [[599, 399], [0, 0], [589, 379]]
     assert torch.equal(rotation_180((4, 6)) @ rotation_180((4, 6)), torch.eye(3, dtype=torch.float64))
+
+
+def test_corner_error_by_hand():
+    # 3 and 4 px off at every corner; the corners of 50 x 100 pixels are (0, 0), (99, 0), (99, 49), (0, 49).
+    assert homography_corner_error_px(torch.tensor([[1.0, 0, 3], [0, 1, 4], [0, 0, 1]]), torch.eye(3), (50, 100)) == 5
+    stretch = torch.diag(torch.tensor([1.1, 1, 1]))
+    assert homography_corner_error_px(stretch, torch.eye(3), (50, 100)) == pytest.approx(9.9 / 2)
+
+
+def test_corner_error_is_measured_in_b_whatever_the_scale_of_the_matrices():
+    off = torch.tensor([[1.0, 0, 2], [0, 1, 0], [0, 0, 1]], dtype=torch.float64) @ H
+    assert homography_corner_error_px(-3 * off, 0.1 * H, (400, 600)) == pytest.approx(2)
+    assert homography_corner_error_px(H.float(), H, (400, 600)) < 1e-3
+
+
+def test_corner_error_of_nothing_is_infinite():
+    assert homography_corner_error_px(None, H, (400, 600)) == math.inf

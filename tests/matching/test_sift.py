@@ -4,7 +4,6 @@ import cv2
 import pytest
 import torch
 from hydra.utils import instantiate
-from torch.nn.functional import avg_pool2d
 
 from conf.command import choice
 from diffnav.errors import UserError
@@ -13,18 +12,6 @@ from diffnav.matching.ground_truth import correct_matches, match_errors_px
 from diffnav.matching.matches import Features, Matches
 from diffnav.matching.nearest import count_positions_once, nearest_neighbours
 from diffnav.matching.sift import Sift
-
-
-@pytest.fixture(scope="module")
-def picture():
-    """Noise at four scales, (3, 180, 260): structure for a detector everywhere."""
-    dice = torch.Generator().manual_seed(3)
-    layers = [
-        avg_pool2d(torch.rand(3, 180 + 2 * r, 260 + 2 * r, generator=dice), 2 * r + 1, stride=1) * (2 * r + 1)
-        for r in (1, 2, 4, 8)
-    ]
-    image = torch.stack(layers).sum(0)
-    return (image - image.min()) / (image.max() - image.min())
 
 
 def features_of(keypoints, descriptors=None):
@@ -52,11 +39,14 @@ def test_features_are_the_strongest_first_and_at_most_as_many_as_asked_for(pictu
     assert (many.keypoints < torch.tensor([260, 180])).all()
 
 
-def test_a_disc_is_found_at_its_centre():
+@pytest.mark.parametrize("centre", [(70.0, 40.0), (59.5, 40.5), (63.25, 51.8)])
+@pytest.mark.parametrize("sigma", [2.5, 5.0, 8.0])
+def test_an_ideal_blob_is_found_at_its_centre(centre, sigma):
+    # OpenCV's default upscaling puts it .25 px away in x and y.
     y, x = torch.meshgrid(torch.arange(100.0), torch.arange(120.0), indexing="ij")
-    disc = torch.exp(-((x - 70) ** 2 + (y - 40) ** 2) / (2 * 5**2)).expand(3, -1, -1)
-    strongest = Sift().features(disc).keypoints[0]
-    torch.testing.assert_close(strongest, torch.tensor([70.0, 40.0]), atol=0.3, rtol=0)
+    blob = torch.exp(-((x - centre[0]) ** 2 + (y - centre[1]) ** 2) / (2 * sigma**2)).expand(3, -1, -1)
+    strongest = Sift().features(blob).keypoints[0]
+    torch.testing.assert_close(strongest, torch.tensor(centre), atol=0.06, rtol=0)
 
 
 def test_a_picture_matches_itself_turned_upside_down(picture):
@@ -148,6 +138,13 @@ def test_of_matches_at_one_position_the_most_confident_stays():
     assert confidence.tolist() == pytest.approx([0.8, 0.6])
 
 
+def test_points_in_one_pixel_are_one_position():
+    a = features_of([[5.0, 5.0], [5.4, 4.6], [5.6, 5.0]])
+    b = features_of([[1.0, 1.0], [20.0, 2.0], [30.0, 3.0]])
+    kept, _ = count_positions_once(a, b, torch.tensor([[0, 0], [1, 1], [2, 2]]), torch.tensor([0.3, 0.8, 0.4]))
+    assert kept.tolist() == [[1, 1], [2, 2]]
+
+
 def test_errors_and_the_threshold_by_hand():
     matches = matches_of([[0, 0], [10, 10], [20, 5], [0, 0]], [[99, 49], [92, 39], [76, 48], [99, 46.01]])
     turn = rotation_180((50, 100))
@@ -162,7 +159,10 @@ def test_a_point_beyond_the_horizon_is_wrong_not_an_error():
     assert correct_matches(matches_of([[100, 5]], [[100, 5]]), horizon).tolist() == [False]
 
 
-@pytest.mark.parametrize(("setting", "value"), [("features", 0), ("ratio", 0.0), ("ratio", 1.5)])
+@pytest.mark.parametrize(
+    ("setting", "value"),
+    [("features", 0), ("features", 2.5), ("features", "many"), ("ratio", 0.0), ("ratio", 1.5), ("mutual", "no")],
+)
 def test_settings_out_of_range_are_named(setting, value):
     with pytest.raises(UserError, match=f"matcher.{setting}"):
         Sift(**{setting: value})
