@@ -114,7 +114,8 @@ def write_image(path: Path, image: Tensor, quality: int = 95, exif: bytes = b"")
     options: dict = {"exif": exif} if exif and kind in ("JPEG", "PNG", "WEBP", "TIFF") else {}
     if kind in ("JPEG", "WEBP"):
         options["quality"] = quality
-    aside = path.with_name(f".{path.name}.part")
+    # Named after the process: two of them may write the same picture.
+    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         try:

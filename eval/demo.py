@@ -7,16 +7,17 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 from tqdm import tqdm
 
-from conf.command import choice, choices, command, pick_device
+from conf.command import choice, command, pick_device
+from diffnav.checkpoints import load_enhancer
 from diffnav.darkness import DarknessModel
+from diffnav.data.match_pairs.rot180 import Rot180Pairs
+from diffnav.data.pair_source import PairSource
 from diffnav.data.photos import folder_photos
 from diffnav.data.scenes import SceneWindows
 from diffnav.data.splits import thin_photos
 from diffnav.evaluation.demo_page import demo_page
-from diffnav.evaluation.enhancement import PairSource
-from diffnav.evaluation.rotated_matching import match_rotated
+from diffnav.evaluation.match_case import match_enhanced
 from diffnav.images import write_image
-from diffnav.retinex.checkpoints import load_enhancer
 from eval.calls import call
 
 
@@ -36,11 +37,12 @@ def main(cfg: DictConfig) -> None:
     lines += [f'python -m eval.photos images="{testing}" out=bright/ checkpoint={cfg.init}']
 
     rows = json.loads((out / "enhancement" / "enhancement.json").read_text())["rows"]
-    enhancers = {name: instantiate(choice("enhancer", name)) for name in choices("enhancer")}
+    enhancers = {name: instantiate(choice("enhancer", name)) for name in cfg.enhancers}
     enhancers |= {name: load_enhancer(checkpoint) for name, checkpoint in checkpoints.items()}
-    source, matcher = PairSource(every, DarknessModel(), cfg.seed, tuple(cfg.size)), instantiate(cfg.matcher)
+    source = Rot180Pairs(PairSource(every, DarknessModel(), cfg.seed, tuple(cfg.size)))
+    matcher = instantiate(cfg.matcher)
     pairs = [source.read(photo) for photo in thin_photos(every, cfg.photos)]
-    matched = [match_rotated(pair, enhancers, matcher) for pair in tqdm(pairs, desc="matching", unit="picture")]
+    matched = [match_enhanced(pair, enhancers, matcher) for pair in tqdm(pairs, desc="matching", unit="picture")]
 
     origin = str(testing) if cfg.data.root else "the embedded world"
     shown = ["input", *list(checkpoints)[:-1], "normal"]

@@ -7,11 +7,13 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 
 from conf.command import command, pick_device
-from diffnav.evaluation.enhancement import PairSource, measure
+from diffnav.data.pair_source import PairSource
+from diffnav.evaluation.cells import failure_lines
+from diffnav.evaluation.enhancement import measure
 from diffnav.evaluation.enhancement_figures import choose_photos, write_figures
-from diffnav.evaluation.enhancement_page import enhancement_page, failure_lines, scores_table
+from diffnav.evaluation.enhancement_page import enhancement_page, scores_table
 from diffnav.evaluation.predictions import PredictionCache
-from diffnav.evaluation.records import RecordLog
+from diffnav.evaluation.records import ImageRecord, RecordLog
 from diffnav.evaluation.rows import enhancement_rows
 from diffnav.evaluation.runner import Runner
 from diffnav.evaluation.tables import write_csv, write_json, write_text
@@ -28,7 +30,7 @@ def main(cfg: DictConfig) -> None:
     source = PairSource(photos, instantiate(cfg.darkness), cfg.seed, tuple(plain_list(cfg.data.size)) or None)
     out = Path(str(cfg.out)).expanduser()
     cache = PredictionCache(Path(str(cfg.cache)).expanduser() if cfg.cache else None)
-    log = RecordLog(out / "records.jsonl")
+    log = RecordLog(out / "records.jsonl", ImageRecord)
     runners = [Runner(method, cache) for method in methods]
 
     measured = measure(source, runners, log, progress=True)

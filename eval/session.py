@@ -27,19 +27,26 @@ def make_methods(cfg: DictConfig, device: torch.device) -> list[Method]:
     methods = [configured_method(entry, device) for entry in entries] + checkpoint_methods(checkpoints, device)
     require_distinct(methods)
     names = [method.name for method in methods]
-    if cfg.reference is not None and cfg.reference not in names:
-        raise UserError(f"reference={cfg.reference} is no row of this table: name one of {', '.join(names)}, or null")
+    for reference in plain_list(cfg.reference):
+        if reference not in names:
+            raise UserError(f"reference={reference} is no row of this table: name one of {', '.join(names)}, or null")
     return methods
 
 
-def configured_method(entry: str | Mapping[str, Mapping[str, Any]], device: torch.device) -> Method:
+def configured_method(entry: Any, device: torch.device) -> Method:
     """The enhancer NAME of conf/enhancer, or {NAME: {setting: value}}, which is called NAME(setting=value)."""
+    label, cfg = named_choice("enhancer", entry)
+    enhancer = instantiate(cfg).to(device).eval()
+    return Method(label, enhancer, plain(cfg), getattr(enhancer, "sha256", None))
+
+
+def named_choice(group: str, entry: Any) -> tuple[str, DictConfig]:
+    """What a row is called, and its configuration: NAME, or {NAME: {setting: value}}."""
     if isinstance(entry, Mapping) and (len(entry) != 1 or not all(isinstance(v, Mapping) for v in entry.values())):
-        raise UserError(f"an enhancer is a name or one {{name: {{setting: value}}}}, got {entry}")
+        raise UserError(f"each {group} is a name or one {{name: {{setting: value}}}}, got {entry}")
     name, overrides = next(iter(entry.items())) if isinstance(entry, Mapping) else (str(entry), {})
-    cfg = choice("enhancer", name, OmegaConf.create(dict(overrides)))
     label = f"{name}({', '.join(f'{key}={value}' for key, value in overrides.items())})" if overrides else name
-    return Method(label, instantiate(cfg).to(device).eval(), plain(cfg))
+    return label, choice(group, name, OmegaConf.create(dict(overrides)))
 
 
 def make_photos(cfg: DictConfig) -> list[Photo]:
@@ -65,13 +72,14 @@ def protocol(
     shared = Path(cfg.paths.shared)
     if root is not None and Path(root).is_relative_to(shared):
         root = Path(root).relative_to(shared).as_posix()
+    stored = all(photo.low is not None for photo in photos)
     return {
         "data": data_choice(),
         "root": root,
         "part": cfg.part,
         "limit": cfg.limit,
         "size": plain_list(cfg.data.size) or None,
-        "darkness": plain(cfg.darkness) if any(photo.low is None for photo in photos) else "as stored",
+        **({"darkness": "as stored" if stored else plain(cfg.darkness)} if "darkness" in cfg else {}),
         "seed": cfg.seed,
         "device": device_name(device),
         "versions": versions(),

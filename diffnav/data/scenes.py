@@ -17,6 +17,7 @@ from torch import Tensor
 from diffnav.data.scenery.paint import colours
 from diffnav.data.scenery.view import Size, checked_size, checked_view, ground_points, window_homography
 from diffnav.errors import UserError
+from diffnav.geometry.views import view_homography
 
 __all__ = ["ScenePair", "SceneWindows", "Window", "World", "homography_pair", "window_homography"]
 
@@ -150,30 +151,19 @@ def homography_pair(
     place = ((2 * r[0] - 1) * extent_m, (2 * r[1] - 1) * extent_m)
     H_a_world = window_homography(place, _between(ground_sample_distance_m, r[2]), 360 * r[3], size)
     turn, zoom, *moves = (2 * torch.rand(6, generator=generator, dtype=torch.float64) - 1).tolist()
-    H_b_a = _drawn_homography(h, w, math.radians(rotation_deg) * turn, scale**zoom, moves, shift, perspective)
+    H_b_a = view_homography(
+        (h, w),
+        math.radians(rotation_deg) * turn,
+        scale**zoom,
+        (moves[0] * shift * w, moves[1] * shift * h),
+        (moves[2] * perspective, moves[3] * perspective),
+    )
     H_b_world = H_a_world @ H_b_a
     H_a_b = torch.linalg.inv(H_b_a)
     image_a, image_b = (world.render_homography(H, size) for H in (H_a_world, H_b_world))
     return ScenePair(image_a, image_b, H_a_b / H_a_b[2, 2], H_a_world, H_b_world)
 
 
-def _drawn_homography(
-    h: int, w: int, angle: float, zoom: float, moves: list[float], shift: float, perspective: float
-) -> Tensor:
-    """(3, 3) float64: tilt about the middle of an h x w image, turn, zoom, move; `moves`: four in [-1, 1]."""
-    mid_x, mid_y = (w - 1) / 2, (h - 1) / 2
-    c, s = math.cos(angle) * zoom, math.sin(angle) * zoom
-    x, y = mid_x + moves[0] * shift * w, mid_y + moves[1] * shift * h
-    tilt_x, tilt_y = moves[2] * perspective * 2 / w, moves[3] * perspective * 2 / h
-    from_middle = _matrix([[1, 0, -mid_x], [0, 1, -mid_y], [0, 0, 1]])
-    tilt = _matrix([[1, 0, 0], [0, 1, 0], [tilt_x, tilt_y, 1]])
-    return _matrix([[c, -s, x], [s, c, y], [0, 0, 1]]) @ tilt @ from_middle
-
-
 def _between(limits: Range, share: float) -> float:
     """From limits[0] to limits[1] evenly in the logarithm."""
     return limits[0] * (limits[1] / limits[0]) ** share
-
-
-def _matrix(rows: list[list[float]]) -> Tensor:
-    return torch.tensor(rows, dtype=torch.float64)

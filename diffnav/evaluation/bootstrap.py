@@ -1,6 +1,6 @@
 """Seeded percentile bootstrap: how far a mean over images may be off (Efron 1979)."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -20,15 +20,20 @@ def mean_interval(
     sample = np.asarray(values, dtype=np.float64)
     if sample.ndim != 1 or sample.size == 0 or not np.isfinite(sample).all():
         raise ValueError(f"need one or more finite values, got {sample.size} of which some are not")
+    return percentiles([sample[drawn].mean(1) for drawn in resamples(sample.size, seed, draws)], level)
+
+
+def resamples(count: int, seed: int, draws: int) -> Iterator[np.ndarray]:
+    """Portions (k, count) of `draws` rows of indices, each row drawn from range(count) with replacement."""
     dice = np.random.default_rng(seed)
-    portion = max(1, _PORTION // sample.size)
-    means = np.concatenate(
-        [
-            sample[dice.integers(sample.size, size=(min(portion, draws - start), sample.size))].mean(1)
-            for start in range(0, draws, portion)
-        ]
-    )
-    low, high = np.quantile(means, [(1 - level) / 2, (1 + level) / 2])
+    portion = max(1, _PORTION // count)
+    for start in range(0, draws, portion):
+        yield dice.integers(count, size=(min(portion, draws - start), count))
+
+
+def percentiles(portions: Sequence[np.ndarray], level: float) -> tuple[float, float]:
+    """(low, high): what the middle share `level` of a resampled statistic, given in portions, lies between."""
+    low, high = np.quantile(np.concatenate(portions), [(1 - level) / 2, (1 + level) / 2])
     return float(low), float(high)
 
 

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import torch
 
+from diffnav.evaluation.match_case import MatchCase
 from diffnav.evaluation.plots import loss_curves
 from diffnav.evaluation.report import Report
-from diffnav.evaluation.rotated_matching import RotatedMatch
 from diffnav.images import to_uint8
 
 PICTURES = 3
@@ -19,7 +19,7 @@ _NOT_LOSSES = {"step", "learning_rate", "images_per_second"}
 
 def demo_page(
     rows: Sequence[Mapping[str, Any]],
-    matched: Sequence[Mapping[str, RotatedMatch]],
+    matched: Sequence[Mapping[str, MatchCase]],
     metrics: Path,
     shown: Sequence[str],
     commands: Sequence[str],
@@ -54,12 +54,12 @@ def demo_page(
     return page
 
 
-def mean_correct(matched: Sequence[Mapping[str, RotatedMatch]], name: str) -> float:
+def mean_correct(matched: Sequence[Mapping[str, MatchCase]], name: str) -> float:
     """The mean number of correct matches of a method over the pictures."""
     return float(torch.tensor([float(results[name].correct.sum()) for results in matched]).mean())
 
 
-def _table(rows: Sequence[Mapping[str, Any]], matched: Sequence[Mapping[str, RotatedMatch]]) -> list[dict[str, str]]:
+def _table(rows: Sequence[Mapping[str, Any]], matched: Sequence[Mapping[str, MatchCase]]) -> list[dict[str, str]]:
     table = [
         {
             "method": row["method"],

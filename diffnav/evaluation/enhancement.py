@@ -2,36 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 from tqdm import tqdm
 
-from diffnav.darkness import DarknessModel
-from diffnav.data.pairs import WholePair, WholePairs
-from diffnav.data.photos import Photo
-from diffnav.data.store import PhotoStore
+from diffnav.data.pair_source import PairSource
+from diffnav.data.pairs import WholePair
 from diffnav.errors import UserError
 from diffnav.evaluation.predictions import pair_digest
 from diffnav.evaluation.records import ImageRecord, RecordLog
 from diffnav.evaluation.runner import MethodError, Runner
-from diffnav.retinex.enhancer import SMALLEST_PX
 from diffnav.scores import psnr, ssim
-
-
-@dataclass(frozen=True)
-class PairSource:
-    """Which pairs are measured: photos, how they are darkened, and the size (h, w) they are resized to, if any."""
-
-    photos: Sequence[Photo]
-    darkness: DarknessModel
-    seed: int = 0
-    size: tuple[int, int] | None = None
-
-    def read(self, photo: Photo) -> WholePair:
-        """The pair of one photo. Raises: UserError if it cannot be read or has no daylight picture."""
-        if photo.normal is None:
-            raise UserError(f"{photo.low}: has no daylight picture to compare with")
-        # One photo at a time: a test set may be larger than the memory.
-        return WholePairs(PhotoStore([photo], self.size, SMALLEST_PX), self.darkness, self.seed)[0]
 
 
 @dataclass
@@ -42,7 +23,9 @@ class Measurement:
     problems: list[str] = field(default_factory=list)
 
 
-def measure(source: PairSource, runners: Sequence[Runner], log: RecordLog, progress: bool = False) -> Measurement:
+def measure(
+    source: PairSource, runners: Sequence[Runner], log: RecordLog[ImageRecord], progress: bool = False
+) -> Measurement:
     """What every method makes of every pair; what `log` already holds is not computed again.
 
     Raises: UserError if no photo can be used.
@@ -77,10 +60,11 @@ def record_of(runner: Runner, pair: WholePair, key: str) -> ImageRecord:
 
     Where the method fails, it has the scores of the dark input, which is what would go on, and says why.
     """
-    image, seconds, state, failure = pair["low"], None, {}, None
+    image, failure = pair["low"], None
+    figures: dict[str, Any] = {"seconds": None}
     try:
         prediction = runner.predict(pair, key)
-        image, seconds, state = prediction.image, prediction.seconds, prediction.state
+        image, figures = prediction.image, prediction.figures()
     except MethodError as error:
         failure = str(error)
     normal, record = pair["normal"], pair["record"]
@@ -94,7 +78,6 @@ def record_of(runner: Runner, pair: WholePair, key: str) -> ImageRecord:
         width=normal.shape[2],
         psnr=psnr(image[None], normal[None]).item(),
         ssim=ssim(image[None], normal[None]).item(),
-        seconds=seconds,
         failure=failure,
-        state=state,
+        **figures,
     )

@@ -6,10 +6,10 @@ from pathlib import Path
 import torch
 from torch import Tensor
 
+from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import WholePair
 from diffnav.data.photos import Photo
 from diffnav.errors import UserError
-from diffnav.evaluation.enhancement import PairSource
 from diffnav.evaluation.figures import draw_comparison, draw_darkness, draw_decomposition
 from diffnav.evaluation.predictions import pair_digest
 from diffnav.evaluation.runner import MethodError, Runner

@@ -32,26 +32,26 @@ def draw_decomposition(path: Path, parts: Components, low: Tensor, normal: Tenso
         f"enhanced = Ih o R ({_scores(parts.enhanced[0], normal)})": parts.enhanced[0],
         "daylight": normal,
     }
-    figure, axes = _grid(2, 3, low, scale=1.5)
+    figure, axes = panel_grid(2, 3, low, scale=1.5)
     for axis, (name, picture) in zip((a for row in axes for a in row), panels.items(), strict=True):
-        _show(axis, picture)
+        show(axis, picture)
         axis.set_xlabel(name)
     figure.suptitle(title)
-    _save(figure, path)
+    save_figure(figure, path)
 
 
 def draw_darkness(path: Path, pairs: Sequence[WholePair]) -> None:
     """Figure 6: synthetic dark samples under their daylight pictures, with the gamma of each."""
-    figure, axes = _grid(2, len(pairs), pairs[0]["normal"])
+    figure, axes = panel_grid(2, len(pairs), pairs[0]["normal"])
     for column, pair in enumerate(pairs):
         record = pair["record"]
-        _show(axes[0][column], pair["normal"])
-        _show(axes[1][column], pair["low"])
+        show(axes[0][column], pair["normal"])
+        show(axes[1][column], pair["low"])
         axes[0][column].set_title(pair["name"])
         axes[1][column].set_xlabel(f"gamma {record.gamma:.2f}" if record else "real darkness")
     axes[0][0].set_ylabel("daylight")
     axes[1][0].set_ylabel("dark")
-    _save(figure, path)
+    save_figure(figure, path)
 
 
 def draw_comparison(path: Path, pairs: Sequence[WholePair], pictures: Sequence[Mapping[str, Tensor | None]]) -> None:
@@ -60,7 +60,7 @@ def draw_comparison(path: Path, pairs: Sequence[WholePair], pictures: Sequence[M
     `pictures` holds per pair the result (3, H, W) of every method, None where it failed.
     """
     names = [*pictures[0], "daylight"]
-    figure, axes = _grid(len(names), 2 * len(pairs), pairs[0]["normal"])
+    figure, axes = panel_grid(len(names), 2 * len(pairs), pairs[0]["normal"])
     for column, (pair, results) in enumerate(zip(pairs, pictures, strict=True)):
         window = busiest_window(pair["normal"])
         shown = {**results, "daylight": pair["normal"]}
@@ -74,7 +74,7 @@ def draw_comparison(path: Path, pairs: Sequence[WholePair], pictures: Sequence[M
         axes[0][2 * column + 1].set_title("the framed part")
     for line, name in enumerate(names):
         axes[line][0].set_ylabel(name)
-    _save(figure, path)
+    save_figure(figure, path)
 
 
 def busiest_window(image: Tensor, share: int = 4) -> tuple[int, int, int, int]:
@@ -95,12 +95,12 @@ def _show_both(whole: Axes, part: Axes, picture: Tensor | None, window: tuple[in
             axis.set_facecolor("0.9")
         return
     top, left, height, width = window
-    _show(whole, picture)
+    show(whole, picture)
     whole.add_patch(Rectangle((left, top), width, height, fill=False, edgecolor=_EDGE, clip_on=False))
-    _show(part, picture[:, top : top + height, left : left + width])
+    show(part, picture[:, top : top + height, left : left + width])
 
 
-def _grid(rows: int, columns: int, like: Tensor, scale: float = 1.0) -> tuple[Figure, Any]:
+def panel_grid(rows: int, columns: int, like: Tensor, scale: float = 1.0) -> tuple[Figure, Any]:
     """A figure of equal panels in the shape of an image (3, H, W), without ticks."""
     wide = _PANEL_INCHES * scale
     figure = Figure((columns * wide, rows * (wide * like.shape[1] / like.shape[2] + 0.3)), layout="constrained")
@@ -112,7 +112,7 @@ def _grid(rows: int, columns: int, like: Tensor, scale: float = 1.0) -> tuple[Fi
     return figure, axes
 
 
-def _show(axis: Axes, picture: Tensor) -> None:
+def show(axis: Axes, picture: Tensor) -> None:
     """Draw (3, H, W) in colour or (1, H, W) in grey, black at 0 and white at 1."""
     values = picture.detach().float().clamp(0, 1).permute(1, 2, 0).cpu().numpy()
     axis.imshow(values[..., 0] if values.shape[2] == 1 else values, cmap="gray", vmin=0, vmax=1)
@@ -127,7 +127,8 @@ def _spread(values: Tensor) -> str:
     return f"{values.mean().item():.2f} ± {values.std(unbiased=False).item():.2f}"
 
 
-def _save(figure: Figure, path: Path) -> None:
+def save_figure(figure: Figure, path: Path) -> None:
+    """Write a figure in the format that its ending names. Raises: UserError if the folder cannot be written."""
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         figure.savefig(path, dpi=_DPI)

@@ -19,7 +19,7 @@ def in_own_process(function: Callable[..., Any], *arguments: Any) -> Any:
 
     Raises: UserError if that process was ended from outside, as systems do that run out of memory.
     """
-    with ProcessPoolExecutor(1, _fresh_processes()) as pool:
+    with ProcessPoolExecutor(1, fresh_processes("diffnav.evaluation.training_speed", "torch._dynamo")) as pool:
         try:
             return pool.submit(function, *arguments).result()
         except BrokenProcessPool:
@@ -29,15 +29,15 @@ def in_own_process(function: Callable[..., Any], *arguments: Any) -> Any:
             ) from None
 
 
-def _fresh_processes() -> BaseContext:
-    """How to start them: where possible as copies of a process that has imported torch and done nothing else.
+def fresh_processes(*preload: str) -> BaseContext:
+    """How to start them: where possible as copies of a process that has imported the modules `preload`, no more.
 
     torch._dynamo is what an optimiser's first step imports.
     """
     if "forkserver" not in multiprocessing.get_all_start_methods():
         return multiprocessing.get_context("spawn")
     context = multiprocessing.get_context("forkserver")
-    context.set_forkserver_preload(["diffnav.evaluation.training_speed", "torch._dynamo"])
+    context.set_forkserver_preload(list(preload))
     return context
 
 

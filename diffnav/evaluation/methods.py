@@ -1,10 +1,6 @@
 """The rows of a table: an enhancer with its name, and a fingerprint that changes whenever its output could."""
 
-import hashlib
-import inspect
-import json
-import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +9,10 @@ from typing import Any
 import torch
 from torch import nn
 
+from diffnav.checkpoints import checkpoint_sha256, find_checkpoint, load_enhancer, shipped_checkpoints
 from diffnav.errors import UserError
-from diffnav.evaluation.provenance import device_name
-from diffnav.retinex.checkpoints import checkpoint_sha256, find_checkpoint, load_enhancer, shipped_checkpoints
+from diffnav.evaluation.fingerprints import fingerprint
+from diffnav.evaluation.provenance import processor_name
 
 
 @dataclass(frozen=True)
@@ -45,16 +42,20 @@ class Method:
         first = next(self.enhancer.parameters(), None)
         return first.device if first is not None else torch.device("cpu")
 
+    @property
+    def needs_record(self) -> bool:
+        """Whether it needs to know how a picture was darkened, which nobody does of real darkness."""
+        return getattr(self.enhancer, "needs_record", False)
+
     @cached_property
     def fingerprint(self) -> str:
-        """A hash of settings, weights, source code and device: equal prints give equal images in like times."""
-        digest = hashlib.sha256(json.dumps([dict(self.settings), device_name(self.device)], sort_keys=True).encode())
-        for name, tensor in self.enhancer.state_dict().items():
-            digest.update(f"{name} {tensor.dtype} {tuple(tensor.shape)}".encode())
-            digest.update(tensor.detach().cpu().contiguous().view(-1).view(torch.uint8).numpy().tobytes())
-        for module in sorted(_modules_behind({type(part).__module__ for part in self.enhancer.modules()})):
-            digest.update(Path(inspect.getfile(sys.modules[module])).read_bytes())
-        return digest.hexdigest()
+        """A hash of settings, weights, code, libraries and device.
+
+        Equal prints give equal images, but for the last bit of sums, whose order follows from the threads.
+        """
+        facts = [dict(self.settings), processor_name(self.device)]
+        modules = {type(part).__module__ for part in self.enhancer.modules()}
+        return fingerprint(facts, modules, self.enhancer.state_dict())
 
 
 def checkpoint_methods(checkpoints: Sequence[str | Path], device: torch.device) -> list[Method]:
@@ -88,16 +89,3 @@ def _checkpoint_name(checkpoint: str) -> str:
         return checkpoint
     path = find_checkpoint(checkpoint)
     return path.resolve().parent.name if path.stem in ("best", "last") else path.stem
-
-
-def _modules_behind(names: Iterable[str]) -> set[str]:
-    """The modules of this package that these modules draw functions and classes from, themselves included."""
-    found: set[str] = set()
-    waiting = [name for name in names if name.partition(".")[0] == __package__.partition(".")[0]]
-    while waiting:
-        name = waiting.pop()
-        if name not in found:
-            found.add(name)
-            origins = (getattr(value, "__module__", None) for value in vars(sys.modules[name]).values())
-            waiting += [o for o in origins if isinstance(o, str) and o.split(".")[0] == name.split(".")[0]]
-    return found

@@ -5,6 +5,7 @@ import json
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from torch import Tensor
 
@@ -17,12 +18,17 @@ from diffnav.images import ImageError, read_image, write_image
 class Prediction:
     """What a method made of a picture. image: (3, H, W), on the grid of 8 bit. seconds: it took, after warm-up.
 
-    state: figures of R, I and Ih (`component_state`), empty where there are none.
+    state: figures of R, I and Ih (`component_state`), empty where there are none. device: that it took them on.
     """
 
     image: Tensor
     seconds: float
     state: dict[str, float] = field(default_factory=dict)
+    device: str = ""
+
+    def figures(self) -> dict[str, Any]:
+        """Everything but the picture."""
+        return {"seconds": self.seconds, "state": self.state, "device": self.device}
 
 
 def pair_digest(pair: WholePair) -> str:
@@ -73,8 +79,9 @@ class PredictionCache:
             return
         picture, figures = paths
         write_image(picture, prediction.image)
-        aside = figures.with_suffix(".part")
-        aside.write_text(json.dumps({"seconds": prediction.seconds, "state": prediction.state}))
+        # Named after the process: evaluations that run at the same time share the folder.
+        aside = figures.with_suffix(f".{os.getpid()}.part")
+        aside.write_text(json.dumps(prediction.figures()))
         os.replace(aside, figures)
 
     def _paths(self, key: str) -> tuple[Path, Path] | None:

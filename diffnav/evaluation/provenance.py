@@ -25,9 +25,13 @@ def versions() -> dict[str, str]:
 
 def device_name(device: torch.device) -> str:
     """The processor's or the GPU's name; a CPU with the number of threads torch uses."""
-    if device.type == "cuda":
-        return torch.cuda.get_device_name(device)
-    return f"{_cpu_model()}, {torch.get_num_threads()} thread(s)"
+    name = processor_name(device)
+    return name if device.type == "cuda" else f"{name}, {torch.get_num_threads()} thread(s)"
+
+
+def processor_name(device: torch.device) -> str:
+    """The processor's or the GPU's name."""
+    return torch.cuda.get_device_name(device) if device.type == "cuda" else _cpu_model()
 
 
 def _cpu_model() -> str:

@@ -3,6 +3,7 @@
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
+from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from diffnav.errors import UserError
 
@@ -14,6 +15,7 @@ class ImageRecord:
     key: of method and pair (`prediction_key`). gamma: of the darkening, None for real darkness. psnr in dB, ssim:
     against the daylight picture; of the dark input where the method failed. seconds: of the enhancement alone, None
     where it failed. failure: why it failed. state: figures of R, I, Ih (`component_state`), for Retinex networks.
+    device: that the seconds were taken on.
     """
 
     key: str
@@ -28,6 +30,7 @@ class ImageRecord:
     seconds: float | None
     failure: str | None = None
     state: dict[str, float] = field(default_factory=dict)
+    device: str = ""
 
     def flat(self) -> dict[str, object]:
         """The fields as one row of a table, the state's figures behind the others."""
@@ -36,27 +39,48 @@ class ImageRecord:
         return row | state
 
 
-class RecordLog:
+class Record(Protocol):
+    """A dataclass of plain values with a key that says what it was made of, and why it failed, if it did."""
+
+    __dataclass_fields__: ClassVar[dict[str, Any]]
+
+    @property
+    def key(self) -> str: ...
+    @property
+    def failure(self) -> str | None: ...
+
+
+R = TypeVar("R", bound=Record)
+
+
+class RecordLog(Generic[R]):
     """A file of records, one JSON object a line, that only grows; with `path` None they are kept in memory alone.
 
-    `reused` counts the records that `find` returned from an earlier call. Raises: UserError if the file cannot be
-    written.
+    kind: the records' dataclass. `reused` counts those that `find` returned from an earlier call.
+
+    Raises: UserError if the file cannot be written.
     """
 
-    def __init__(self, path: Path | None) -> None:
+    def __init__(self, path: Path | None, kind: type[R]) -> None:
         self.path = path
+        self.kind = kind
         self.reused = 0
-        self._records: dict[str, ImageRecord] = {}
+        self._records: dict[str, R] = {}
         if path is not None:
             self._open(path)
 
-    def find(self, key: str) -> ImageRecord | None:
+    @property
+    def keys(self) -> frozenset[str]:
+        """The keys of all records that `find` would return."""
+        return frozenset(self._records)
+
+    def find(self, key: str) -> R | None:
         """The record with this key, if there is one."""
         record = self._records.get(key)
         self.reused += record is not None
         return record
 
-    def add(self, record: ImageRecord) -> None:
+    def add(self, record: R) -> None:
         """Keep a record, on disk at once."""
         self._records[record.key] = record
         if self.path is not None:
@@ -69,7 +93,7 @@ class RecordLog:
             lines = path.read_text().splitlines(keepends=True) if path.exists() else []
             whole = [line for line in lines if line.endswith("\n")]
             for line in whole:
-                record = ImageRecord(**json.loads(line))
+                record = self.kind(**json.loads(line))
                 # Failures are tried again: they may have come from a lack of memory.
                 if record.failure is None:
                     self._records[record.key] = record

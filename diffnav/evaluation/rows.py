@@ -4,13 +4,13 @@ import statistics
 from collections.abc import Sequence
 from typing import Any
 
-from diffnav.evaluation.bootstrap import mean_interval, paired_difference
+from diffnav.evaluation.aggregate import Row, difference, mean_with_interval, means_by_source, median, rounded
 from diffnav.evaluation.methods import Method
 from diffnav.evaluation.provenance import device_name
 from diffnav.evaluation.records import ImageRecord
 from diffnav.retinex.state import illumination_is_alive
 
-Row = dict[str, Any]
+SCORES = ("psnr", "ssim")
 
 
 def enhancement_rows(
@@ -37,22 +37,19 @@ def _row(
 ) -> Row:
     failures = [{"name": r.name, "why": r.failure} for r in records if r.failure]
     scored = records if len(failures) < len(records) else []
-    seconds = [r.seconds for r in records if r.seconds is not None]
     state = _mean_state(records)
     row: Row = {"method": method.name}
-    for score in ("psnr", "ssim"):
-        values = [getattr(r, score) for r in scored]
-        row[score] = _rounded(statistics.fmean(values)) if values else None
-        row[f"{score}_ci"] = [_rounded(bound) for bound in mean_interval(values, seed)] if values else None
+    for score in SCORES:
+        row |= mean_with_interval(score, [getattr(r, score) for r in scored], seed)
     return {
         **row,
-        "seconds": _rounded(statistics.median(seconds)) if seconds else None,
+        "seconds": median([r.seconds for r in records]),
         "parameters": method.parameters,
         "n": len(scored),
         "megabytes": round(method.megabytes, 3),
-        "device": device_name(method.device),
+        "device": "; ".join(sorted({r.device for r in records if r.device})) or device_name(method.device),
         "failures": failures,
-        "per_source": _per_source(scored),
+        "per_source": means_by_source(scored, SCORES),
         "versus": _versus(scored, rivals, reference, seed) if scored and rivals and reference != method.name else None,
         "state": state,
         "illumination_alive": illumination_is_alive(state) if state else None,
@@ -63,33 +60,14 @@ def _versus(
     records: Sequence[ImageRecord], rivals: Sequence[ImageRecord], reference: str | None, seed: int
 ) -> dict[str, Any]:
     differences: dict[str, Any] = {"reference": reference}
-    for score in ("psnr", "ssim"):
+    for score in SCORES:
         ours, theirs = ([getattr(r, score) for r in side] for side in (records, rivals))
-        differences[score] = [_rounded(value) for value in paired_difference(ours, theirs, seed)]
+        differences[score] = difference(ours, theirs, seed)
     return differences
-
-
-def _per_source(records: Sequence[ImageRecord]) -> dict[str, dict[str, float]]:
-    sources: dict[str, list[ImageRecord]] = {}
-    for record in records:
-        sources.setdefault(record.site, []).append(record)
-    return {
-        site: {
-            "n": len(own),
-            "psnr": _rounded(statistics.fmean(r.psnr for r in own)),
-            "ssim": _rounded(statistics.fmean(r.ssim for r in own)),
-        }
-        for site, own in sorted(sources.items())
-    }
 
 
 def _mean_state(records: Sequence[ImageRecord]) -> dict[str, float] | None:
     states = [r.state for r in records if r.state]
     if not states:
         return None
-    return {name: _rounded(statistics.fmean(s[name] for s in states)) for name in states[0]}
-
-
-def _rounded(value: float) -> float:
-    """Six decimals: far below what an interval leaves open, and the same on machines that differ in the last bit."""
-    return round(value, 6)
+    return {name: rounded(statistics.fmean(s[name] for s in states)) for name in states[0]}

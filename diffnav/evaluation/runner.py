@@ -9,6 +9,7 @@ from diffnav.data.pairs import WholePair
 from diffnav.errors import UserError
 from diffnav.evaluation.methods import Method
 from diffnav.evaluation.predictions import Prediction, PredictionCache, prediction_key
+from diffnav.evaluation.provenance import device_name
 from diffnav.images import quantise
 from diffnav.retinex.enhancer import Components, RetinexEnhancer
 from diffnav.retinex.state import component_state
@@ -54,7 +55,7 @@ class Runner:
             image, seconds = self._run(low, pair)
         if image.shape != low.shape or not torch.isfinite(image).all():
             raise ValueError("the result holds NaN or infinite values, or is of another size")
-        return Prediction(quantise(image[0].float().cpu()), seconds, watch.means())
+        return Prediction(quantise(image[0].float().cpu()), seconds, watch.means(), device_name(self.method.device))
 
     def _run(self, low: Tensor, pair: WholePair) -> tuple[Tensor, float]:
         records = [pair["record"]] if pair["record"] else None

@@ -12,10 +12,10 @@ import pytest
 import torch
 from PIL import Image
 
+from diffnav.checkpoints import checkpoint_sha256, save_enhancer
 from diffnav.darkness import DarknessModel, darken
 from diffnav.data.pairs import photo_seed
 from diffnav.images import read_image, write_image
-from diffnav.retinex.checkpoints import checkpoint_sha256, save_enhancer
 from diffnav.retinex.enhancer import DirectEnhancer, RetinexEnhancer
 from diffnav.scores import psnr, ssim
 from eval.enhancement import main

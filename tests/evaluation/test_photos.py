@@ -9,6 +9,7 @@ import torch
 from PIL import Image
 
 import diffnav.images
+from diffnav.checkpoints import save_enhancer
 from diffnav.enhancers.gamma_blind import GammaBlind
 from diffnav.enhancers.gamma_oracle import GammaOracle
 from diffnav.enhancers.input import Input
@@ -16,7 +17,6 @@ from diffnav.enhancers.normal import Normal
 from diffnav.errors import UserError
 from diffnav.evaluation.photos import Job, enhance_photos, plan_photos
 from diffnav.images import read_image
-from diffnav.retinex.checkpoints import save_enhancer
 from diffnav.retinex.enhancer import RetinexEnhancer
 
 CPU = torch.device("cpu")

@@ -9,18 +9,19 @@ import torch
 from torch import nn
 
 import diffnav
+from diffnav.checkpoints import checkpoint_sha256, save_enhancer
 from diffnav.darkness import Darkening
 from diffnav.data.pairs import WholePair
 from diffnav.enhancers.clahe import Clahe
 from diffnav.enhancers.gamma_blind import GammaBlind
 from diffnav.enhancers.input import Input
 from diffnav.errors import UserError
-from diffnav.evaluation import methods
+from diffnav.evaluation.fingerprints import modules_behind
 from diffnav.evaluation.methods import Method, checkpoint_methods, require_distinct
 from diffnav.evaluation.predictions import Prediction, PredictionCache, pair_digest, prediction_key
 from diffnav.evaluation.provenance import git_commit, versions
+from diffnav.evaluation.workers import one_thread
 from diffnav.images import quantise
-from diffnav.retinex.checkpoints import checkpoint_sha256, save_enhancer
 from diffnav.retinex.enhancer import DirectEnhancer, RetinexEnhancer
 
 RECORD = Darkening(4.0, 0.9, seed=5)
@@ -77,11 +78,18 @@ def test_a_method_is_known_by_weights_settings_and_code() -> None:
 
 def test_a_method_is_known_by_the_code_it_draws_from() -> None:
     """gamma_blind calls `invert_gamma`: both files are part of it, and Decom-Net's is part of a network."""
-    gamma = methods._modules_behind({"diffnav.enhancers.gamma_blind"})
+    gamma = modules_behind({"diffnav.enhancers.gamma_blind"})
     assert {"diffnav.enhancers.gamma_blind", "diffnav.darkness"} <= gamma
     assert "diffnav.retinex.decom" not in gamma
-    retinex = methods._modules_behind({type(part).__module__ for part in network().modules()})
+    retinex = modules_behind({type(part).__module__ for part in network().modules()})
     assert {"diffnav.retinex.enhancer", "diffnav.retinex.decom", "diffnav.retinex.tiles"} <= retinex
+
+
+def test_threads_change_the_time_not_the_picture() -> None:
+    """So predictions of eval.matching, whose workers have one thread, serve eval.enhancement."""
+    before = of(network()).fingerprint
+    with one_thread():
+        assert of(network()).fingerprint == before
 
 
 def test_a_key_needs_both_sides() -> None:
@@ -94,11 +102,11 @@ def test_the_cache_gives_back_what_it_got(tmp_path: Path) -> None:
     cache = PredictionCache(tmp_path / "a folder")
     image = quantise(torch.rand(3, 9, 7))
     assert cache.get("ab" * 16) is None
-    cache.put("ab" * 16, Prediction(image, 0.25, {"R_mean": 0.5}))
+    cache.put("ab" * 16, Prediction(image, 0.25, {"R_mean": 0.5}, "a machine"))
     stored = PredictionCache(tmp_path / "a folder").get("ab" * 16)
     assert stored is not None
     assert torch.equal(stored.image, image)
-    assert (stored.seconds, stored.state) == (0.25, {"R_mean": 0.5})
+    assert (stored.seconds, stored.state, stored.device) == (0.25, {"R_mean": 0.5}, "a machine")
     assert cache.get("ac" * 16) is None
 
 
