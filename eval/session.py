@@ -27,7 +27,7 @@ def make_methods(cfg: DictConfig, device: torch.device) -> list[Method]:
     methods = [configured_method(entry, device) for entry in entries] + checkpoint_methods(checkpoints, device)
     require_distinct(methods)
     names = [method.name for method in methods]
-    for reference in plain_list(cfg.reference):
+    for reference in plain_list(cfg.get("reference")):
         if reference not in names:
             raise UserError(f"reference={reference} is no row of this table: name one of {', '.join(names)}, or null")
     return methods
