@@ -9,8 +9,8 @@ from train.session import train
 
 
 def make_stage(cfg: DictConfig) -> Stage:
-    """The fresh network that `stage` chooses, with its losses."""
-    return instantiate(cfg.stage, bf16=is_bf16(cfg.precision))
+    """The fresh network that `baseline` chooses, with its losses."""
+    return instantiate(cfg.baseline, bf16=is_bf16(cfg.precision))
 
 
 @command("baseline")

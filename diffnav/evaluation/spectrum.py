@@ -29,7 +29,8 @@ _SMALLEST_POWER = 1e-18
 class BandFigures(NamedTuple):
     """One band of a picture E against daylight N: sum E conj(N) / sqrt(sum |E|^2 sum |N|^2) and the rms ratio E : N.
 
-    coherence in [-1, 1], negative where the band is inverted; gain >= 0; both None where the daylight picture holds nothing in the band.
+    coherence in [-1, 1], negative where the band is inverted; gain >= 0; both None where the daylight picture holds
+    nothing in the band.
     """
 
     coherence: float | None

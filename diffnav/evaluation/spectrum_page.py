@@ -64,7 +64,7 @@ def write_spectrum_plot(path: Path, rows: Sequence[Row]) -> None:
     axis.set_xscale("log", base=2)
     axis.set_xticks(edges, [f"1/{1 / edge:g}" for edge in edges])
     axis.set_xlim(edges[0], edges[-1])
-    axis.set_ylim(-0.2, 1.02)
+    axis.set_ylim(-0.3, 1.02)
     axis.set_xlabel("spatial frequency, cycles per pixel")
     axis.set_ylabel("coherence with daylight, mean")
     axis.grid(alpha=0.25)
@@ -74,7 +74,7 @@ def write_spectrum_plot(path: Path, rows: Sequence[Row]) -> None:
 
 _NOTES = (
     "Luminance (BT.601) of the enhanced picture E and of the daylight picture N, each less its mean and under a Hann "
-    "window, in octaves of the spatial frequency in cycles per pixel. Coherence is |sum E conj(N)| / sqrt(sum |E|^2 "
+    "window, in octaves of the spatial frequency in cycles per pixel. Coherence is sum E conj(N) / sqrt(sum |E|^2 "
     "sum |N|^2) over a band's frequencies, whatever the contrast: 1 where E is N but for a factor, near 0 where it "
     "shows something else. Gain is sqrt(sum |E|^2 / sum |N|^2), the contrast in the band, noise included. Means over "
     "the photos with 95 % bootstrap intervals."

