@@ -8,10 +8,10 @@ from tqdm import tqdm
 
 from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import WholePair
-from diffnav.errors import UserError
 from diffnav.evaluation.predictions import pair_digest
 from diffnav.evaluation.records import ImageRecord, RecordLog
 from diffnav.evaluation.runner import MethodError, Runner
+from diffnav.evaluation.usable import refuse_none, usable_pairs
 from diffnav.scores import psnr, ssim
 
 
@@ -32,13 +32,7 @@ def measure(
     """
     result = Measurement()
     with tqdm(total=len(source.photos) * len(runners), desc="enhancing", unit="image", disable=not progress) as bar:
-        for photo in source.photos:
-            try:
-                pair = source.read(photo)
-            except UserError as error:
-                result.problems.append(str(error))
-                bar.update(len(runners))
-                continue
+        for photo, pair in usable_pairs(source, result.problems, bar, len(runners)):
             digest = pair_digest(pair)
             for runner in runners:
                 key = runner.key(digest)
@@ -50,8 +44,7 @@ def measure(
                 result.records.append(replace(record, method=runner.method.name, name=photo.name, site=photo.site))
                 bar.update()
     if not result.records:
-        first = f": {result.problems[0]}" if result.problems else ""
-        raise UserError(f"none of {len(source.photos)} photos can be used{first}")
+        refuse_none(len(source.photos), result.problems)
     return result
 
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass, field, replace
 
 from tqdm import tqdm
 
-from diffnav.errors import UserError
 from diffnav.evaluation.contest import Contest, Job
 from diffnav.evaluation.match_records import MatchRecord
 from diffnav.evaluation.records import RecordLog
+from diffnav.evaluation.usable import refuse_none
 from diffnav.evaluation.workers import spread
 
 
@@ -66,8 +66,7 @@ def measure_matches(
                 )
             bar.update(outcome.cells)
     if not any(found):
-        first = f": {problems[min(problems)]}" if problems else ""
-        raise UserError(f"none of {len(jobs)} photos can be used{first}")
+        refuse_none(len(jobs), [problems[index] for index in sorted(problems)])
     records = [[own[label] for label in names if label in own] for own in found]
     ran = {record.method for own in records for record in own}
     left_out = [

@@ -11,10 +11,10 @@ from tqdm import tqdm
 
 from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import WholePair
-from diffnav.errors import UserError
 from diffnav.evaluation.aggregate import Row, mean_with_interval
 from diffnav.evaluation.predictions import pair_digest
 from diffnav.evaluation.runner import MethodError, Runner
+from diffnav.evaluation.usable import refuse_none, usable_pairs
 from diffnav.retinex.enhancer import RetinexEnhancer
 from diffnav.retinex.tiles import apply_tiled
 
@@ -125,20 +125,13 @@ def measure_spectra(source: PairSource, runners: Sequence[Runner], progress: boo
     """
     result = SpectrumMeasurement()
     with tqdm(total=len(source.photos) * len(runners), desc="spectra", unit="image", disable=not progress) as bar:
-        for photo in source.photos:
-            try:
-                pair = source.read(photo)
-            except UserError as error:
-                result.problems.append(str(error))
-                bar.update(len(runners))
-                continue
+        for _, pair in usable_pairs(source, result.problems, bar, len(runners)):
             digest = pair_digest(pair)
             for runner in runners:
                 result.records += _records_of(runner, pair, digest)
                 bar.update()
     if not result.records:
-        first = f": {result.problems[0]}" if result.problems else ""
-        raise UserError(f"none of {len(source.photos)} photos can be used{first}")
+        refuse_none(len(source.photos), result.problems)
     return result
 
 

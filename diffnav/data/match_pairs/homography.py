@@ -1,12 +1,10 @@
 """Darkened views through random homographies against the daylight picture that they show."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
 from diffnav.data.match_pairs.match_pair import MatchPair, size_of
-from diffnav.data.match_pairs.random_views import RandomViews
-from diffnav.data.pair_source import PairSource
+from diffnav.data.match_pairs.random_views import RandomViewPairs
 from diffnav.data.photos import Photo
 from diffnav.data.store import PhotoStore
 from diffnav.geometry.views import draw_view, shows_image
@@ -14,7 +12,7 @@ from diffnav.images import from_uint8, quantise
 from diffnav.retinex.enhancer import SMALLEST_PX
 
 
-class HomographyPairs:
+class HomographyPairs(RandomViewPairs):
     """Each photo in daylight is the reference; a view of it, of the same size, is darkened by Eq. 9 and enhanced.
 
     Where the view reaches beyond the picture it holds its mirror image, so that no black edge becomes a feature, and
@@ -22,20 +20,6 @@ class HomographyPairs:
     """
 
     kind: ClassVar[str] = "homography"
-
-    def __init__(
-        self,
-        source: PairSource,
-        rotation_deg: float = 180.0,
-        scale: tuple[float, float] = (0.7, 1.4),
-        perspective: float = 0.1,
-    ) -> None:
-        self.source = source
-        self.views = RandomViews(rotation_deg, scale, perspective)
-
-    @property
-    def photos(self) -> Sequence[Photo]:
-        return self.source.photos
 
     def read(self, photo: Photo) -> MatchPair:
         """The query and reference of one photo. Raises: UserError if it cannot be used."""

@@ -1,18 +1,16 @@
 """Real dark pictures, enhanced and then seen through random homographies, against their bright counterparts."""
 
-from collections.abc import Sequence
 from functools import partial
 from typing import ClassVar
 
 from diffnav.data.match_pairs.match_pair import MatchPair, size_of
-from diffnav.data.match_pairs.random_views import RandomViews
-from diffnav.data.pair_source import PairSource
+from diffnav.data.match_pairs.random_views import RandomViewPairs
 from diffnav.data.photos import Photo
 from diffnav.errors import UserError
 from diffnav.geometry.views import draw_view, shows_image
 
 
-class LolPairs:
+class LolPairs(RandomViewPairs):
     """Each real dark picture is enhanced as it was taken; then a view of the result is drawn, which is the query.
 
     Drawn before, its interpolation would smooth the very noise that makes real darkness hard. Beyond the picture's
@@ -20,20 +18,6 @@ class LolPairs:
     """
 
     kind: ClassVar[str] = "lol"
-
-    def __init__(
-        self,
-        source: PairSource,
-        rotation_deg: float = 180.0,
-        scale: tuple[float, float] = (0.7, 1.4),
-        perspective: float = 0.1,
-    ) -> None:
-        self.source = source
-        self.views = RandomViews(rotation_deg, scale, perspective)
-
-    @property
-    def photos(self) -> Sequence[Photo]:
-        return self.source.photos
 
     def read(self, photo: Photo) -> MatchPair:
         """The query and reference of one photo. Raises: UserError if it cannot be used."""

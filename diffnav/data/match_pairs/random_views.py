@@ -1,12 +1,15 @@
 """Random views of a picture: any turn, some zoom, some perspective."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from torch import Tensor
 
+from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import photo_seed
+from diffnav.data.photos import Photo
 from diffnav.errors import UserError
 from diffnav.geometry.views import Size, view_homography
 
@@ -42,3 +45,21 @@ class RandomViews:
         scale = math.exp(dice.uniform(math.log(self.scale[0]), math.log(self.scale[1])))
         tilt_x, tilt_y = dice.uniform(-self.perspective, self.perspective, 2)
         return view_homography(size, math.radians(angle_deg), 1 / scale, tilt=(float(tilt_x), float(tilt_y)))
+
+
+class RandomViewPairs:
+    """What pairs with random views share: the source of their pictures, and the views. Arguments: see `RandomViews`."""
+
+    def __init__(
+        self,
+        source: PairSource,
+        rotation_deg: float = 180.0,
+        scale: tuple[float, float] = (0.7, 1.4),
+        perspective: float = 0.1,
+    ) -> None:
+        self.source = source
+        self.views = RandomViews(rotation_deg, scale, perspective)
+
+    @property
+    def photos(self) -> Sequence[Photo]:
+        return self.source.photos
