@@ -2,6 +2,8 @@
 
 import hashlib
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +40,17 @@ def load_weights(path: Path) -> Any:
     except Exception as error:  # torch raises a different type for each way a file can be damaged
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise UserError(f"{path}: not a weights file that can be read ({reason}); replace it") from None
+
+
+@contextmanager
+def filling_from(path: Path) -> Iterator[None]:
+    """Around what fills a network from a file: its failure becomes a UserError that names the file."""
+    try:
+        yield
+    except (RuntimeError, TypeError, AttributeError, KeyError, IndexError, ValueError) as error:
+        # torch lists what does not fit below a headline.
+        reason = (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()
+        raise UserError(f"{path}: not the weights of this network ({reason}); replace it") from None
 
 
 def file_sha256(path: Path) -> str:

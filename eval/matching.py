@@ -37,13 +37,13 @@ def main(cfg: DictConfig) -> None:
     log, workers = RecordLog(out / "records.jsonl", MatchRecord), worker_count(cfg, device)
 
     with one_thread():
-        measured = measure_matches([(pairs, photo) for photo in photos], contest, log, workers, progress=True)
+        measured = measure_matches([(pairs, photo) for photo in pairs.photos], contest, log, workers, progress=True)
         rows = matching_rows(measured.flat, plain_list(cfg.reference), cfg.seed)
         for problem in measured.problems + measured.left_out:
             print(f"left out: {problem}", file=sys.stderr)
         for failure in failure_lines(rows):
             print(f"failed: {failure}", file=sys.stderr)
-        facts = contest_protocol(cfg, device, contest, photos, workers)
+        facts = contest_protocol(cfg, device, contest, pairs.photos, workers)
         facts |= {"n": max(row["n"] for row in rows), "left_out": measured.problems + measured.left_out}
         write_csv(out / "per_pair.csv", [record.flat() for record in measured.flat])
         write_json(out / "matching.json", {"rows": rows, "protocol": facts})

@@ -17,7 +17,7 @@ from diffnav.retinex.enhancer import RetinexEnhancer
 
 
 def write_figures(folder: Path, source: PairSource, runners: Sequence[Runner], photos: Sequence[Photo]) -> list[Path]:
-    """Write figure_5_METHOD.png (every Retinex network, the first photo), figure_6.png and figure_9.png of `photos`.
+    """Write figure_5_METHOD.png (every Retinex network, the first photo), figure_6.png and figure_9.jpg of `photos`.
 
     Photos that cannot be read are passed over. Returns the files; none if no photo is left.
     """
@@ -35,8 +35,8 @@ def write_figures(folder: Path, source: PairSource, runners: Sequence[Runner], p
             written.append(folder / f"figure_5_{runner.method.name.replace('/', '_')}.png")
             _decompose(written[-1], runner, pairs[0])
     draw_darkness(folder / "figure_6.png", pairs)
-    draw_comparison(folder / "figure_9.png", pairs, [_results(runners, pair) for pair in pairs])
-    return [*written, folder / "figure_6.png", folder / "figure_9.png"]
+    draw_comparison(folder / "figure_9.jpg", pairs, [_results(runners, pair) for pair in pairs])
+    return [*written, folder / "figure_6.png", folder / "figure_9.jpg"]
 
 
 def choose_photos(photos: Sequence[Photo], count: int, sites: Sequence[str] | None = None) -> list[Photo]:

@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 from diffnav.errors import UserError
 from diffnav.matching.matches import Features
-from diffnav.pretrained import file_sha256, load_weights, pretrained_path
+from diffnav.pretrained import file_sha256, filling_from, load_weights, pretrained_path
 
 Network = TypeVar("Network", bound=nn.Module)
 
@@ -56,18 +56,17 @@ def freeze(
         may_lack: beginnings of names that the file need not have: parts that do not run, constants.
     Raises: UserError if the state does not fit the network, or torch has no such device.
     """
-    try:
+    with filling_from(path):
         missing, unexpected = network.load_state_dict(state, strict=False)
-    except (RuntimeError, TypeError, AttributeError) as error:
-        raise UserError(f"{path}: not the weights of this network ({_reason(error)})") from None
     for lack in [name for name in missing if not name.startswith(may_lack)][:1]:
-        raise UserError(f"{path}: not the weights of this network (it lacks {lack})")
+        raise UserError(f"{path}: not the weights of this network (it lacks {lack}); replace it")
     if unexpected:
-        raise UserError(f"{path}: not the weights of this network (it holds {unexpected[0]})")
+        raise UserError(f"{path}: not the weights of this network (it holds {unexpected[0]}); replace it")
     try:
         network = network.to(device)
     except (RuntimeError, AssertionError) as error:
-        raise UserError(f"matcher.device={device} cannot be used ({_reason(error)}); use cpu") from None
+        reason = str(error).strip().splitlines()[0]
+        raise UserError(f"matcher.device={device} cannot be used ({reason}); use cpu") from None
     return network.eval().requires_grad_(False)
 
 
@@ -89,8 +88,3 @@ def strongest(keypoints: Tensor, descriptors: Tensor, scores: Tensor, most: int,
 def no_features(width: int, size: tuple[int, int]) -> Features:
     """The features of an image (h, w) that shows none: descriptors are (0, width)."""
     return Features(torch.zeros(0, 2), torch.zeros(0, width), torch.zeros(0), size)
-
-
-def _reason(error: Exception) -> str:
-    """The error's last line: torch lists what does not fit below a headline."""
-    return (str(error).strip().splitlines() or [type(error).__name__])[-1].strip()

@@ -1,9 +1,11 @@
 """Networks with published weights: real where the files are found, one sentence where they are not."""
 
+import re
 from pathlib import Path
 
 import pytest
 import torch
+from hydra.errors import InstantiationException
 from hydra.utils import instantiate
 from torch import Tensor, nn
 
@@ -107,3 +109,17 @@ def test_missing_weights_are_one_sentence(name: str, tmp_path: Path) -> None:
 def test_an_unknown_variant_is_one_sentence() -> None:
     with pytest.raises(UserError, match="variant must be easy, medium or difficult, got 'hard'"):
         PublishedSci("hard")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_a_file_with_other_layers_is_one_sentence(name: str, tmp_path: Path) -> None:
+    files = ["zero-dce/Epoch99.pth", "zero-dce++/Epoch99.pth", "sgz/Epoch99.pth", "sci/medium.pt"]
+    for file in [*files, "retinexnet/Decom/9200.tar", "retinexnet/Relight/9200.tar"]:
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+        torch.save({"enhance.other.weight": torch.ones(2)}, tmp_path / file)
+    with pytest.raises(InstantiationException) as caught:
+        instantiate(choice("enhancer", name, {"folder": str(tmp_path)}))
+    error = caught.value.__cause__
+    assert isinstance(error, UserError)
+    sentence = rf"{re.escape(str(tmp_path))}[^\n]*: not the weights of this network .*; replace it"
+    assert re.fullmatch(sentence, str(error))

@@ -82,10 +82,10 @@ def test_everything_from_one_command(evaluate: Evaluate, networks: Path, photos:
     out = tmp_path / "out"
     assert {path.name for path in out.iterdir()} == {
         *("enhancement.json", "enhancement.md", "per_image.csv", "records.jsonl"),
-        *("figure_5_small.png", "figure_6.png", "figure_9.png"),
+        *("figure_5_small.png", "figure_6.png", "figure_9.jpg"),
     }
-    for name in ("figure_5_small", "figure_6", "figure_9"):
-        with Image.open(out / f"{name}.png") as picture:
+    for name in ("figure_5_small.png", "figure_6.png", "figure_9.jpg"):
+        with Image.open(out / name) as picture:
             assert min(picture.size) > 200
             assert len(picture.convert("RGB").resize((40, 40)).getcolors(1_600)) > 20
     rows, protocol = (summary(tmp_path)[key] for key in ("rows", "protocol"))

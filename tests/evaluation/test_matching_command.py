@@ -136,6 +136,9 @@ def test_real_pairs(evaluate: Evaluate, photos: Path, tmp_path: Path) -> None:
     assert content["protocol"]["darkness"] == "as stored"
     assert content["protocol"]["data"] == "lol"
     assert "Left out: gamma_oracle: it needs to know" in (tmp_path / "out" / "matching.md").read_text()
+    # Views of the same data's bright pictures are darkened by Eq. 9.
+    evaluate("data=lol", "pairs=homography", "figures.methods=[]", root=root)
+    assert summary(tmp_path)["protocol"]["darkness"]["gamma"] == [3, 5]
 
 
 def test_sequences(evaluate: Evaluate, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Darkened views through random homographies against the daylight picture that they show."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -21,14 +22,20 @@ class HomographyPairs(RandomViewPairs):
 
     kind: ClassVar[str] = "homography"
 
+    @property
+    def photos(self) -> Sequence[Photo]:
+        """Daylight alone: a stored dark picture is no view."""
+        return [replace(photo, low=None, record=None) for photo in self.source.photos]
+
     def read(self, photo: Photo) -> MatchPair:
         """The query and reference of one photo. Raises: UserError if it cannot be used."""
-        store = PhotoStore([replace(photo, low=None)], self.source.size, SMALLEST_PX)
+        photo = replace(photo, low=None, record=None)
+        store = PhotoStore([photo], self.source.size, SMALLEST_PX)
         reference = from_uint8(store.normal[0])
         size = size_of(reference)
         H_view_reference = self.views.draw(size, self.source.seed, photo.name)
         view = quantise(draw_view(reference, H_view_reference, size))
-        seen = replace(photo, normal=lambda: view, low=None, record=None)
+        seen = replace(photo, normal=lambda: view)
         pair = replace(self.source, size=None).read(seen)
         visible = shows_image(H_view_reference, size, size)
         return MatchPair(pair, reference, H_view_reference, visible=visible)

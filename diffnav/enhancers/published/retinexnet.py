@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn.functional import interpolate, relu
 
-from diffnav.pretrained import file_sha256, load_weights, pretrained_path
+from diffnav.pretrained import file_sha256, filling_from, load_weights, pretrained_path
 
 
 def _conv(inputs: int, outputs: int = 64, kernel: int = 3, stride: int = 1, padding: int = 1) -> nn.Conv2d:
@@ -21,7 +21,7 @@ def _joined(x: Tensor, skip: Tensor) -> Tensor:
 class PublishedRetinexNet(nn.Module):
     """R o Ih without the original's denoising: (B, 3, H, W) in [0, 1] -> the same.
 
-    folder: of published weights, None for the usual one. Raises: UserError if a file is missing.
+    folder: of published weights, None for the usual one. Raises: UserError if one does not fit.
     Source: Wei et al. 2018; attributes are called as in the weights files.
     """
 
@@ -39,7 +39,8 @@ class PublishedRetinexNet(nn.Module):
         source = "github.com/aasharma90/RetinexNet_PyTorch, ckpts/{}/9200.tar"
         paths = [pretrained_path(f"retinexnet/{p}/9200.tar", source.format(p), folder) for p in ("Decom", "Relight")]
         self.sha256 = " + ".join(file_sha256(path) for path in paths)
-        self.load_state_dict(load_weights(paths[0]) | load_weights(paths[1]))
+        with filling_from(paths[0].parent.parent):
+            self.load_state_dict(load_weights(paths[0]) | load_weights(paths[1]))
         self.requires_grad_(False).eval()
 
     def forward(self, image: Tensor, record: Sequence[Any] | None = None) -> Tensor:  # noqa: ARG002

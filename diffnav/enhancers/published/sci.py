@@ -7,7 +7,7 @@ import torch
 from torch import Tensor, nn
 
 from diffnav.errors import UserError
-from diffnav.pretrained import file_sha256, load_weights, pretrained_path
+from diffnav.pretrained import file_sha256, filling_from, load_weights, pretrained_path
 
 
 def _conv() -> nn.Conv2d:
@@ -18,7 +18,7 @@ class PublishedSci(nn.Module):
     """S / clamp(S + f(S), 1e-4, 1), f three 3x3 convolutions: (B, 3, H, W) in [0, 1] -> the same.
 
     variant: easy, medium or difficult, the darkness it was trained for. folder: of published weights, None for the
-    usual one. Raises: UserError if the file is missing. Source: Ma et al., CVPR 2022.
+    usual one. Raises: UserError if it does not fit. Source: Ma et al., CVPR 2022.
     """
 
     def __init__(self, variant: Literal["easy", "medium", "difficult"] = "medium", folder: str | None = None) -> None:
@@ -32,8 +32,10 @@ class PublishedSci(nn.Module):
         self.out_conv = nn.Sequential(_conv())
         # The rest of the file: `calibrate`, which training alone needs, and `conv` again as a block.
         prefix, wanted = "enhance.", ("in_conv", "conv", "out_conv")
-        published = {name.removeprefix(prefix): t for name, t in load_weights(path).items() if name.startswith(prefix)}
-        self.load_state_dict({name: t for name, t in published.items() if name.split(".")[0] in wanted})
+        with filling_from(path):
+            tensors = load_weights(path).items()
+            published = {name.removeprefix(prefix): t for name, t in tensors if name.startswith(prefix)}
+            self.load_state_dict({name: t for name, t in published.items() if name.split(".")[0] in wanted})
         self.requires_grad_(False).eval()
 
     def forward(self, image: Tensor, record: Sequence[Any] | None = None) -> Tensor:  # noqa: ARG002

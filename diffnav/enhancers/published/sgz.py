@@ -6,7 +6,7 @@ from diffnav.enhancers.published.zero_dce_pp import ReusedCurve
 class PublishedSgz(ReusedCurve):
     """SGZ: (B, 3, H, W) in [0, 1] -> the same. folder: of published weights, None for the usual one.
 
-    Raises: UserError if the file is missing. Source: Zheng & Gupta, Semantic-Guided Zero-Shot Learning, WACVW 2022.
+    Raises: UserError if it does not fit. Source: Zheng & Gupta, Semantic-Guided Zero-Shot Learning, WACVW 2022.
     """
 
     def __init__(self, folder: str | None = None) -> None:

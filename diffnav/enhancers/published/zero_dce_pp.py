@@ -8,7 +8,7 @@ from torch import Tensor, nn
 from torch.nn.functional import interpolate
 
 from diffnav.enhancers.zero_dce import CURVES, WIDTH, apply_curves, concatenated_layers
-from diffnav.pretrained import file_sha256, load_weights, pretrained_path
+from diffnav.pretrained import file_sha256, filling_from, load_weights, pretrained_path
 
 SHRINK = 12
 
@@ -33,8 +33,9 @@ class ReusedCurve(nn.Module):
         self.layers = nn.ModuleList(_separable(i, o) for i, o in zip(inputs, outputs, strict=True))
         # e_conv1.depth_conv.weight is our 0.0.weight, e_conv7.point_conv.bias our 6.1.bias.
         order = {"depth_conv": 0, "point_conv": 1}
-        parts = {tuple(name.split(".")): tensor for name, tensor in published.items()}
-        self.layers.load_state_dict({f"{int(c[6]) - 1}.{order[k]}.{w}": t for (c, k, w), t in parts.items()})
+        with filling_from(path):
+            parts = {tuple(name.split(".")): tensor for name, tensor in published.items()}
+            self.layers.load_state_dict({f"{int(c[6]) - 1}.{order[k]}.{w}": t for (c, k, w), t in parts.items()})
         self.requires_grad_(False).eval()
 
     def forward(self, image: Tensor, record: Sequence[Any] | None = None) -> Tensor:  # noqa: ARG002
@@ -47,7 +48,7 @@ class ReusedCurve(nn.Module):
 
 
 class PublishedZeroDcePp(ReusedCurve):
-    """Zero-DCE++. folder: of published weights, None for the usual one. Raises: UserError if the file is missing."""
+    """Zero-DCE++. folder: of published weights, None for the usual one. Raises: UserError if it does not fit."""
 
     def __init__(self, folder: str | None = None) -> None:
         source = "github.com/Li-Chongyi/Zero-DCE_extension, Zero-DCE++/snapshots_Zero_DCE++/Epoch99.pth"
