@@ -26,7 +26,8 @@ class EnhanceNet(nn.Module):
     """Seven blocks, three 2x2 stride-2 convolutions down, three deconvolutions up; 987,265 parameters at width 64.
 
     The three deconvolution outputs, resized to full size, join block 7 before the last two convolutions.
-    `outputs` is 1 for an illumination; the image-to-image rival takes 3.
+    `outputs` is 1 for an illumination; the image-to-image rival takes 3. `detail` adds a second head of 3 channels
+    beside the last convolution, ours and not the paper's; it begins as zero.
     """
 
     def __init__(
@@ -36,6 +37,7 @@ class EnhanceNet(nn.Module):
         activation: Literal["sigmoid", "relu", "none"] = "sigmoid",
         outputs: int = 1,
         padding: Padding = "replicate",
+        detail: bool = False,
     ) -> None:
         super().__init__()
         if up_kernel not in (2, 4):
@@ -52,9 +54,21 @@ class EnhanceNet(nn.Module):
         )
         self.fuse = nn.Conv2d(4 * width, width, 3, padding=1, padding_mode=padding)
         self.last = nn.Conv2d(width, outputs, 3, padding=1, padding_mode=padding)
+        self.detail = nn.Conv2d(width, 3, 3, padding=1, padding_mode=padding) if detail else None
+        if self.detail is not None:
+            nn.init.zeros_(self.detail.weight)
+            nn.init.zeros_(self.detail.bias)  # type: ignore[arg-type]
 
     def forward(self, R: Tensor, I: Tensor) -> Tensor:
         """Ih (B, outputs, H, W) of R (B, 3, H, W) and I (B, 1, H, W); H and W divisible by 8."""
+        return self.illumination(self.fused(R, I))
+
+    def illumination(self, fused: Tensor) -> Tensor:
+        """Ih (B, outputs, H, W) of `fused`'s features."""
+        return _ACTIVATIONS[self.activation](self.last(fused).float())
+
+    def fused(self, R: Tensor, I: Tensor) -> Tensor:
+        """The features (B, width, H, W) that Ih and detail are made of."""
         x = torch.cat([R, I], 1)
         skips = []
         for block, down in zip(self.blocks[:3], self.downs, strict=True):
@@ -67,5 +81,4 @@ class EnhanceNet(nn.Module):
             ups.append(up(x))
             x = block(torch.cat([ups[-1], skip], 1))
         full = [interpolate(u, size=x.shape[2:], mode="nearest") for u in ups]
-        x = torch.relu(self.fuse(torch.cat([x, *full], 1)))
-        return _ACTIVATIONS[self.activation](self.last(x).float())
+        return torch.relu(self.fuse(torch.cat([x, *full], 1)))

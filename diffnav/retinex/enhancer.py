@@ -1,7 +1,7 @@
 """The enhancers made of the two networks: `RetinexEnhancer` (the paper's) and `DirectEnhancer` (its plain rival)."""
 
 from collections.abc import Callable
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 from torch import Tensor
 from torch.nn.functional import pad
@@ -13,6 +13,8 @@ from diffnav.retinex.tiles import HALO, TiledEnhancer
 
 # The smallest side of an image that the networks take.
 SMALLEST_PX = 16
+# Keeps the exact reflectance finite where no light falls; a quarter of an 8-bit step.
+_DARKEST = 1e-3
 
 
 class Components(NamedTuple):
@@ -38,6 +40,7 @@ class Enhancer(TiledEnhancer):
         up_kernel: Literal[2, 4] = 4,
         activation: Literal["sigmoid", "relu", "none"] = "sigmoid",
         padding: Padding = "replicate",
+        detail: bool = False,
     ) -> None:
         super().__init__()
         if width < 1:
@@ -53,13 +56,33 @@ class Enhancer(TiledEnhancer):
             "padding": padding,
         }
         self.decom = DecomNet(width, jump, max_channel, padding)
-        self.enhance = EnhanceNet(width, up_kernel, activation, self.illumination_channels, padding)
+        self.enhance = EnhanceNet(width, up_kernel, activation, self.illumination_channels, padding, detail)
 
 
 class RetinexEnhancer(Enhancer):
-    """The paper's: dark image -> Decom-Net -> R, I -> Enhance-Net -> Ih -> Ih o R (Eq. 1)."""
+    """The paper's: dark image -> Decom-Net -> R, I -> Enhance-Net -> Ih -> Ih o R (Eq. 1).
+
+    Two departures, off by default. reflectance: `exact` takes R = S / I, clipped, in place of Decom-Net's R, so that
+    no detail is lost before Enhance-Net. detail: Enhance-Net adds a residual, Ih o R + D.
+    """
 
     illumination_channels = 1
+
+    def __init__(
+        self,
+        width: int = 64,
+        *,
+        reflectance: Literal["network", "exact"] = "network",
+        detail: bool = False,
+        **settings: Any,
+    ) -> None:
+        super().__init__(width, detail=detail, **settings)
+        if reflectance not in ("network", "exact"):
+            raise UserError(f"reflectance must be network or exact, got {reflectance!r}")
+        # Named where they depart from the paper: what others wrote before them reads as it did.
+        self.settings |= {"reflectance": reflectance} if reflectance != "network" else {}
+        self.settings |= {"detail": True} if detail else {}
+        self.reflectance = reflectance
 
     def components(self, image: Tensor) -> Components:
         """R, I, Ih and the enhanced image of a whole image (B, 3, H, W) of any size from 16 x 16."""
@@ -72,8 +95,13 @@ class RetinexEnhancer(Enhancer):
 
     def _components(self, image: Tensor) -> tuple[Tensor, ...]:
         R, I = self.decom(image)
-        Ih = self.enhance(R, I)
-        return R, I, Ih, Ih * R
+        if self.reflectance == "exact":
+            R = exact_reflectance(image, I)
+        fused = self.enhance.fused(R, I)
+        Ih = self.enhance.illumination(fused)
+        if self.enhance.detail is None:
+            return R, I, Ih, Ih * R
+        return R, I, Ih, Ih * R + self.enhance.detail(fused).float()
 
     def _whole(self, image: Tensor) -> Tensor:
         return self.components(image).enhanced
@@ -89,6 +117,11 @@ class DirectEnhancer(Enhancer):
 
     def _whole(self, image: Tensor) -> Tensor:
         return on_padded(lambda x: (self.enhance(*self.decom(x)),), image)[0]
+
+
+def exact_reflectance(image: Tensor, I: Tensor) -> Tensor:
+    """R = S / (I + .001), clipped to [0, 1]: (B, 3, H, W) of an image and its illumination (B, 1, H, W)."""
+    return (image / (I + _DARKEST)).clamp(0, 1)
 
 
 def on_padded(network: Callable[[Tensor], tuple[Tensor, ...]], image: Tensor) -> tuple[Tensor, ...]:
