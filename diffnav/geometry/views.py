@@ -35,19 +35,24 @@ def view_homography(
 
 
 def draw_view(image: Tensor, H_view_image: Tensor, size: Size) -> Tensor:
-    """What the view of `size` (h, w) sees of an image (3, H, W): (3, h, w); beyond its edges the image is mirrored.
+    """`draw_views` of one image (3, H, W) and one homography (3, 3): (3, h, w)."""
+    return draw_views(image[None], H_view_image[None], size)[0]
+
+
+def draw_views(images: Tensor, H_view_image: Tensor, size: Size) -> Tensor:
+    """What views of `size` (h, w) see of images (B, 3, H, W): (B, 3, h, w); beyond its edges an image is mirrored.
 
     Each pixel is the mean of 2 x 2 bilinear samples inside it, so that shrinking by up to a half leaves no aliases.
-    Not meant for gradients with respect to H_view_image.
+    Not meant for gradients with respect to H_view_image, (B, 3, 3).
     """
-    pixels = pixel_grid(size)
-    largest = torch.tensor([image.shape[2] - 1, image.shape[1] - 1]).clamp(min=1)
-    view = torch.zeros(image.shape[0], *size, dtype=image.dtype)
+    pixels = pixel_grid(size).to(images.device)
+    largest = pixels.new_tensor([images.shape[3] - 1, images.shape[2] - 1]).clamp(min=1)
+    views = images.new_zeros(*images.shape[:2], *size)
     for offset in ((-0.25, -0.25), (0.25, -0.25), (-0.25, 0.25), (0.25, 0.25)):
-        seen = apply_homography(H_view_image, pixels + torch.tensor(offset, dtype=torch.float64))
-        grid = (2 * seen / largest - 1).reshape(1, *size, 2).to(image)
-        view += grid_sample(image[None], grid, padding_mode="reflection", align_corners=True)[0] / 4
-    return view
+        seen = apply_homography(H_view_image, pixels + pixels.new_tensor(offset))
+        grid = (2 * seen / largest - 1).reshape(-1, *size, 2).to(images)
+        views += grid_sample(images, grid, padding_mode="reflection", align_corners=True) / 4
+    return views
 
 
 def shows_image(H_view_image: Tensor, size: Size, image_size: Size) -> Tensor:
@@ -56,8 +61,8 @@ def shows_image(H_view_image: Tensor, size: Size, image_size: Size) -> Tensor:
 
 
 def inside(points: Tensor, size: Size) -> Tensor:
-    """Which of the points (N, 2) lie between the first and the last pixel's centre of an image of `size`: (N,) bool."""
-    last = torch.tensor([size[1] - 1, size[0] - 1])
+    """Which of the points (..., 2) lie between the first and the last pixel's centre of an image of `size`: (...) bool."""
+    last = torch.tensor([size[1] - 1, size[0] - 1], device=points.device)
     return ((points >= 0) & (points <= last)).all(-1)
 
 

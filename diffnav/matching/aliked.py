@@ -43,8 +43,7 @@ class Aliked:
         require_cosine(min_cosine)
         if model not in MODELS:
             raise UserError(f"matcher.model must be {', '.join(MODELS)}; got {model!r}")
-        source = f"github.com/Shiaoming/ALIKED, models/, or kornia's ALIKED.from_pretrained('{model}')"
-        found = open_weights(weights or f"aliked/{model}.pth", source)
+        found = open_weights(weights or f"aliked/{model}.pth", aliked_source(model))
         network = kornia.feature.ALIKED(model, features, detection_threshold=0.0)
         self.network = freeze(network, found.content, found.path, device, may_lack=("dkd.hw_grid",))
         self.name = MODELS[model]
@@ -63,3 +62,8 @@ class Aliked:
     def match(self, a: Features, b: Features) -> Matches:
         """Matches that are mutual and similar enough, each position counted once."""
         return match_by_cosine(a, b, self.settings["min_cosine"], self.name, self.settings)
+
+
+def aliked_source(model: str) -> str:
+    """Where a model's weights come from."""
+    return f"github.com/Shiaoming/ALIKED, models/, or kornia's ALIKED.from_pretrained('{model}')"
