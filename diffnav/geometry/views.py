@@ -61,7 +61,7 @@ def shows_image(H_view_image: Tensor, size: Size, image_size: Size) -> Tensor:
 
 
 def inside(points: Tensor, size: Size) -> Tensor:
-    """Which of the points (..., 2) lie between the first and the last pixel's centre of an image of `size`: (...) bool."""
+    """Which of the points (..., 2) lie between the first and the last pixel's centre of an image (h, w): (...) bool."""
     last = torch.tensor([size[1] - 1, size[0] - 1], device=points.device)
     return ((points >= 0) & (points <= last)).all(-1)
 

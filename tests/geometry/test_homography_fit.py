@@ -123,7 +123,7 @@ def test_half_outliers_stay_finite_and_weights_can_silence_them() -> None:
     b = apply_homography(H_A_B, a)
     b[:, 10:] = scattered(10, seed=9)
     b.requires_grad_()
-    H, determined = fit(a, b)
+    H, _ = fit(a, b)
     H.square().sum().backward()
     assert torch.isfinite(H).all()
     assert torch.isfinite(b.grad).all()
