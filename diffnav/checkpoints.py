@@ -1,6 +1,7 @@
 """Enhancers on disk: weights files, the ones that ship, and `load_enhancer`."""
 
 import os
+from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -57,11 +58,18 @@ def load_enhancer(checkpoint: str | Path, device: str | torch.device = "cpu") ->
     return enhancer.to(device, memory_format=torch.channels_last)  # type: ignore[call-overload]
 
 
-def build_enhancer(content: dict[str, Any]) -> TiledEnhancer:
-    """The network of a checkpoint's content, with its weights. Raises: UserError if the two do not fit."""
+def build_enhancer(content: dict[str, Any], departures: Mapping[str, Any] | None = None) -> TiledEnhancer:
+    """The network of a checkpoint's content, with its weights.
+
+    departures: settings to have otherwise than the checkpoint; layers that come with them begin as new.
+    Raises: UserError if weights and settings do not fit.
+    """
+    departures = departures or {}
     try:
-        enhancer = KINDS[content["kind"]](**content["settings"])
-        enhancer.load_state_dict(content["weights"], strict=True)
+        enhancer = KINDS[content["kind"]](**{**content["settings"], **departures})
+        fresh = enhancer.state_dict()
+        new = {name: fresh[name] for name in fresh if any(departures.get(part) for part in name.split("."))}
+        enhancer.load_state_dict(new | content["weights"], strict=True)
     except (TypeError, RuntimeError, AttributeError) as error:
         raise UserError(
             f"a checkpoint's weights and settings do not fit this version's networks ({_first_line(error)}); "

@@ -10,8 +10,9 @@ from pathlib import Path
 import torch
 from hydra.utils import instantiate
 from omegaconf import DictConfig
+from torch.utils.data import Dataset
 
-from conf.command import pick_device, picture_size, plain, whole_number
+from conf.command import choice, pick_device, picture_size, plain, whole_number
 from diffnav.darkness import DarknessModel
 from diffnav.data.pairs import TrainingPairs, WholePairs
 from diffnav.data.photos import Photo
@@ -33,8 +34,15 @@ NEUTRAL = frozenset(
 )
 
 
-def train(cfg: DictConfig, make_stage: Callable[[DictConfig], Stage]) -> dict[str, float]:
-    """Train the stage that `make_stage` builds, as `cfg` says; the figures of the last validation."""
+def train(
+    cfg: DictConfig,
+    make_stage: Callable[[DictConfig], Stage],
+    make_pairs: Callable[[DictConfig, TrainingPairs], Dataset] = lambda _, pairs: pairs,
+) -> dict[str, float]:
+    """Train the stage that `make_stage` builds, as `cfg` says; the figures of the last validation.
+
+    make_pairs: from the training pairs to the samples that the stage takes.
+    """
     device = pick_device(cfg.device)
     crew = join_crew(device)
     try:
@@ -49,7 +57,7 @@ def train(cfg: DictConfig, make_stage: Callable[[DictConfig], Stage]) -> dict[st
         trained = [p for p in stage.parameters() if p.requires_grad]
         optimiser = instantiate(cfg.optimiser)(trained)
         try:
-            figures = fit(stage, pairs, optimiser, schedule, plan, run, validation, crew)
+            figures = fit(stage, make_pairs(cfg, pairs), optimiser, schedule, plan, run, validation, crew)
         finally:
             run.close()
         if crew.leads:
@@ -91,7 +99,8 @@ def make_data(cfg: DictConfig, progress: bool) -> tuple[TrainingPairs, Validatio
         print(f"left out: {problem}", file=sys.stderr)
     variation = instantiate(cfg.data.variation)
     pairs = TrainingPairs(stores[0], darkness, patch, cfg.seed, cfg.data.augment_darkness, variation)
-    return pairs, Validation(WholePairs(stores[1], darkness, cfg.validation.seed, crop))
+    matchers = [instantiate(choice("matcher", name)) for name in cfg.validation.matchers]
+    return pairs, Validation(WholePairs(stores[1], darkness, cfg.validation.seed, crop), matchers)
 
 
 def compile_stage(stage: Stage, device: torch.device) -> None:

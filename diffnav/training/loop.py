@@ -18,6 +18,8 @@ from diffnav.training.signals import stop_requested
 from diffnav.training.stages import Stage
 from diffnav.training.validation import Validation
 
+Batch = dict[str, Tensor]
+
 
 @dataclass(frozen=True)
 class Plan:
@@ -64,7 +66,8 @@ def fit(
 ) -> dict[str, float]:
     """Train `stage` to `plan.steps`, resuming where `run` stands; the figures of the last validation.
 
-    Given the same run folder, the result does not depend on how often the process was stopped in between.
+    Given the same run folder, the result does not depend on how often the process was stopped in between. The best
+    step is the one of most correct matches where the validation counts them, else of the highest PSNR.
 
     Raises: UserError naming step, term and batch when a loss is not finite; Interrupted after Ctrl-C.
     """
@@ -75,10 +78,10 @@ def fit(
     watch = Stopwatch(plan.batch)
     bar = tqdm(total=plan.steps, initial=step, desc=stage.name, unit="step", disable=not crew.leads, mininterval=1.0)
     with stop_requested() as stopping, bar:
-        for low, normal in _batches(pairs, plan, step, crew, _device(stage)):
+        for batch in _batches(pairs, plan, step, crew, _device(stage)):
             for group in optimiser.param_groups:
                 group["lr"] = group.setdefault("initial_lr", group["lr"]) * schedule.factor(step, plan.steps)
-            figures = _optimise(wrapped, low, normal, optimiser, plan, step)
+            figures = _optimise(wrapped, batch, optimiser, plan, step)
             step += 1
             watch.tick()
             bar.update()
@@ -98,8 +101,9 @@ def fit(
                 validated, pictures = validate(stage)
                 run.log("validation", step, validated)
                 run.draw("validation", step, pictures)
-                if validated["psnr"] > best:
-                    best = validated["psnr"]
+                score = validated.get("correct", validated["psnr"])
+                if score > best:
+                    best = score
                     run.save_weights("best", stage, step)
                 watch.restart()
             if crew.leads and (step % plan.save_every == 0 or done or stop):
@@ -114,13 +118,14 @@ def fit(
 
 
 def _optimise(
-    wrapped: nn.Module, low: Tensor, normal: Tensor, optimiser: torch.optim.Optimizer, plan: Plan, step: int
+    wrapped: nn.Module, batch: Batch, optimiser: torch.optim.Optimizer, plan: Plan, step: int
 ) -> dict[str, Tensor]:
     """One optimiser step; every named loss, their total and the figures to watch, as scalars."""
     optimiser.zero_grad(set_to_none=True)
     means: dict[str, Tensor] = {}
-    for part in zip(low.chunk(plan.accumulate), normal.chunk(plan.accumulate), strict=True):
-        losses, figures = wrapped(*part)
+    portions = {key: values.chunk(plan.accumulate) for key, values in batch.items()}
+    for part in range(plan.accumulate):
+        losses, figures = wrapped(**{key: values[part] for key, values in portions.items()})
         total = torch.stack(list(losses.values())).sum()
         _require_finite({f"loss '{name}'": value for name, value in losses.items()}, step, plan)
         (total / plan.accumulate).backward()
@@ -145,9 +150,7 @@ def _require_finite(values: dict[str, Tensor], step: int, plan: Plan) -> None:
             )
 
 
-def _batches(
-    pairs: Dataset, plan: Plan, step: int, crew: Crew, device: torch.device
-) -> Iterator[tuple[Tensor, Tensor]]:
+def _batches(pairs: Dataset, plan: Plan, step: int, crew: Crew, device: torch.device) -> Iterator[Batch]:
     """The batches of the remaining steps; each process takes its share of every batch."""
     share = plan.batch // crew.size
     if share * crew.size != plan.batch or share % plan.accumulate:
@@ -162,7 +165,7 @@ def _batches(
         pin_memory=device.type == "cuda",
     )
     for batch in loader:
-        yield batch["low"].to(device, non_blocking=True), batch["normal"].to(device, non_blocking=True)
+        yield {key: values.to(device, non_blocking=True) for key, values in batch.items()}
 
 
 def _device(stage: nn.Module) -> torch.device:

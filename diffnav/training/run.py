@@ -69,6 +69,7 @@ class Run:
         else:
             state = torch.load(self._state_path, map_location="cpu", weights_only=True)
             stage.enhancer.load_state_dict(state["model"], strict=True)
+            stage.memory.load_state_dict(state.get("memory", {}), strict=True)
             optimiser.load_state_dict(state["optimiser"])
             torch.set_rng_state(state["rng"])
             # A run may go on on a machine with other GPUs, or none.
@@ -84,6 +85,7 @@ class Run:
         """Write the state and the last weights; each file appears whole or not at all."""
         state = {
             "model": stage.enhancer.state_dict(),
+            "memory": stage.memory.state_dict(),
             "optimiser": optimiser.state_dict(),
             "step": step,
             "best": best,

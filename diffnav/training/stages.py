@@ -15,10 +15,10 @@ Figures = dict[str, Tensor]
 
 
 class Stage(nn.Module):
-    """What the loop trains: `stage(low, normal)` -> (named losses that add up, figures to watch).
+    """What the loop trains: `stage(**batch)`, of low and normal -> (named losses that add up, figures to watch).
 
     Networks run in bf16 under autocast where `bf16` is set, losses always in float32. Frozen parameters have
-    `requires_grad` False.
+    `requires_grad` False. `memory`: what a stage remembers from step to step; it is saved with the run's state.
     """
 
     name: str
@@ -28,6 +28,7 @@ class Stage(nn.Module):
         super().__init__()
         self.enhancer = enhancer
         self.bf16 = bf16
+        self.memory = nn.ModuleDict()
 
     def autocast(self, like: Tensor) -> Any:
         return torch.autocast(like.device.type, dtype=torch.bfloat16, enabled=self.bf16)
@@ -39,6 +40,18 @@ class RetinexStage(Stage):
     def __init__(self, enhancer: Enhancer, loss: RetinexLoss, bf16: bool = False) -> None:
         super().__init__(enhancer, bf16)
         self.loss = loss
+
+
+class EnhancingStage(RetinexStage):
+    """A stage whose networks give a picture: what `outcome` makes of a batch is what `forward` returns, less that."""
+
+    def outcome(self, low: Tensor, normal: Tensor) -> tuple[Tensor, Losses, Figures]:
+        """The enhanced pictures, the named losses and the figures to watch."""
+        raise NotImplementedError
+
+    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+        _, losses, figures = self.outcome(low, normal)
+        return losses, figures
 
 
 class DecomStage(RetinexStage):
@@ -59,7 +72,7 @@ class DecomStage(RetinexStage):
         return losses, component_state(Components(R[:n], I[:n], I[n:], low))
 
 
-class EnhanceStage(RetinexStage):
+class EnhanceStage(EnhancingStage):
     """Stage two: Enhance-Net with L_Enhance (Eq. 6), Decom-Net frozen; with `train_decom`, the joint stage.
 
     The joint stage trains both networks and, where `decom_loss` is given, keeps L_Decom beside L_Enhance:
@@ -83,7 +96,7 @@ class EnhanceStage(RetinexStage):
         enhancer.decom.requires_grad_(train_decom)
         enhancer.enhance.requires_grad_(True)
 
-    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+    def outcome(self, low: Tensor, normal: Tensor) -> tuple[Tensor, Losses, Figures]:
         with self.autocast(low):
             parts = self.enhancer.components(low)
         losses = self.loss.enhancement(parts.enhanced, parts.Ih, parts.R, normal)
@@ -91,16 +104,16 @@ class EnhanceStage(RetinexStage):
             with self.autocast(low):
                 normal_RI = self.enhancer.decompose(normal)
             losses |= self.decom_loss.decomposition(low, normal, (parts.R, parts.I), normal_RI)
-        return losses, component_state(parts)
+        return parts.enhanced, losses, component_state(parts)
 
 
-class DirectStage(RetinexStage):
+class DirectStage(EnhancingStage):
     """The plain rival: the same trunks, image to image, with Eq. 7 and 8."""
 
     name = "direct"
     enhancer: DirectEnhancer
 
-    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+    def outcome(self, low: Tensor, normal: Tensor) -> tuple[Tensor, Losses, Figures]:
         with self.autocast(low):
             enhanced = self.enhancer(low)
-        return self.loss.fidelity(enhanced, normal), {}
+        return enhanced, self.loss.fidelity(enhanced, normal), {}

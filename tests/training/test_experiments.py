@@ -13,7 +13,7 @@ from diffnav.checkpoints import save_enhancer
 from diffnav.retinex.enhancer import RetinexEnhancer
 from diffnav.training.loop import Plan
 from diffnav.training.stages import DecomStage, DirectStage, EnhanceStage, Stage
-from train import baseline, decom, enhance
+from train import baseline, decom, enhance, finetune
 
 # What a training command chooses from.
 GROUPS = ("network", "darkness", "data", "loss", "optimiser", "schedule", "training")
@@ -26,11 +26,16 @@ def composed(command: str, *overrides: str) -> DictConfig:
 
 @pytest.mark.parametrize("name", choices("experiment"))
 def test_experiment_composes_and_builds(name: str, tmp_path) -> None:
-    """One that is called like a `baseline` belongs to train.baseline, one that ends in decom to train.decom."""
+    """One that is called like a `baseline` belongs to train.baseline, matcher_* to train.finetune, *_decom to train.decom."""
     if name in choices("baseline"):
         cfg = composed("baseline", f"experiment={name}")
         stage: Stage = baseline.make_stage(cfg)
         assert stage.name == name
+    elif name.startswith("matcher"):
+        cfg = composed("finetune", f"experiment={name}")
+        stage = finetune.make_stage(cfg)
+        trained = {part.split(".")[0] for part, p in stage.enhancer.named_parameters() if p.requires_grad}
+        assert trained == ({"decom", "enhance"} if name.endswith("joint") else {"enhance"})
     elif name.endswith("decom"):
         cfg = composed("decom", f"experiment={name}")
         stage = decom.make_stage(cfg)

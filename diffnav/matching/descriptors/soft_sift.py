@@ -11,24 +11,32 @@ from diffnav.matching.blobs import blur
 
 
 class SoftSift(nn.Module):
-    """RootSIFT descriptors, 128-D: image (B, 3, H, W), frames (B, K, 2, 3) -> (B, K, 128) of length 1.
+    """SIFT descriptors, 128-D: image (B, 3, H, W), frames (B, K, 2, 3) -> (B, K, 128) of length 1.
 
     patch_px: side of the patches that the frames' squares are sampled to. blur_px: sigma of the Gaussian before.
+    spikes: share of the gradient's values, the largest, that are cut to the size of the next; where a patch is all but
+    flat its orientation turns at a touch, and one pixel's gradient reaches thousands. 0 cuts none.
+
     Frames should lie inside the image; beyond its edges it is mirrored.
     """
 
     follows_turns = True
 
-    def __init__(self, patch_px: int = 32, blur_px: float = 1.6) -> None:
+    def __init__(self, patch_px: int = 32, blur_px: float = 1.6, spikes: float = 0.02) -> None:
         super().__init__()
         if patch_px < 8 or blur_px <= 0:
             raise UserError(f"descriptor needs patch_px of 8 or more and blur_px above 0, got {patch_px} and {blur_px}")
-        self.patch_px, self.blur_px = patch_px, blur_px
-        self.sift = SIFTDescriptor(patch_px, rootsift=True).requires_grad_(False)
+        if not 0 <= spikes < 1:
+            raise UserError(f"descriptor needs spikes from 0 to below 1, got {spikes}")
+        self.patch_px, self.blur_px, self.spikes = patch_px, blur_px, spikes
+        # Not RootSIFT: the root's gradient at an empty bin is five orders above the others.
+        self.sift = SIFTDescriptor(patch_px, rootsift=False).requires_grad_(False)
 
     def forward(self, image: Tensor, frames: Tensor) -> Tensor:
-        """The descriptors; those of a flat patch are constant."""
+        """The descriptors; those of a flat patch are zero."""
         patches = sample_patches(blur(rgb_to_grayscale(image), self.blur_px), frames, self.patch_px)
+        if patches.requires_grad and self.spikes:
+            patches.register_hook(lambda gradient: cut_spikes(gradient, self.spikes))
         return self.sift(patches.flatten(0, 1)).unflatten(0, frames.shape[:2])
 
 
@@ -46,3 +54,13 @@ def sample_patches(image: Tensor, frames: Tensor, side: int) -> Tensor:
     grid = grid.reshape(len(image), count * side, side, 2)
     patches = grid_sample(image, grid.to(image), padding_mode="reflection", align_corners=True)
     return patches.reshape(len(image), channels, count, side, side).transpose(1, 2)
+
+
+def cut_spikes(gradient: Tensor, share: float) -> Tensor:
+    """The gradient with the largest `share` of its nonzero magnitudes cut to the size of the next."""
+    magnitude = gradient.abs()
+    nonzero = magnitude[magnitude > 0]
+    if not len(nonzero):
+        return gradient
+    bound = nonzero.kthvalue(max(1, int((1 - share) * len(nonzero)))).values
+    return gradient.clamp(-bound, bound)
