@@ -34,9 +34,7 @@ class FinetuneStage(Stage):
         self.memory["balance"] = self.balance = Balance(["paper", "structure", "detector", *matches, "homography"])
         self.memory["curriculum"] = self.curriculum = Curriculum(loss.h_below, loss.h_ramp)
 
-    def forward(
-        self, low: Tensor, normal: Tensor, H_view_normal: Tensor, exposure: Tensor
-    ) -> tuple[Losses, Figures]:
+    def forward(self, low: Tensor, normal: Tensor, H_view_normal: Tensor, exposure: Tensor) -> tuple[Losses, Figures]:
         """Args: low, normal (B, 3, H, W); H_view_normal (B, 3, 3), exposure (B,): see `ViewedPair`."""
         enhanced, losses, figures = self.base.outcome(low, normal)
         w_p = self.loss.w_p

@@ -16,7 +16,8 @@ def directions(seed: int, count: int = 4) -> Tensor:
 
 
 def slow_dual_softmax(a: Tensor, b: Tensor, temperature: float) -> list[list[float]]:
-    S = [[math.exp(sum(x * y for x, y in zip(p, q, strict=True)) / temperature) for q in b.tolist()] for p in a.tolist()]
+    dots = [[sum(x * y for x, y in zip(p, q, strict=True)) for q in b.tolist()] for p in a.tolist()]
+    S = [[math.exp(dot / temperature) for dot in row] for row in dots]
     rows, columns = [sum(row) for row in S], [sum(column) for column in zip(*S, strict=True)]
     return [[s / rows[i] * s / columns[j] for j, s in enumerate(row)] for i, row in enumerate(S)]
 

@@ -20,9 +20,11 @@ POINTS = torch.tensor([[[40.0, 40], [60, 52], [50, 70], [44, 58]]])
 
 def scene(seed: int = 0, size: int = 96) -> Tensor:
     levels = np.random.default_rng(seed).random((size // 6, size // 6, 3)).astype(np.float32)
-    return torch.from_numpy(cv2.resize(levels, (size, size), interpolation=cv2.INTER_CUBIC)).permute(2, 0, 1)[
-        None
-    ].clamp(0, 1)
+    return (
+        torch.from_numpy(cv2.resize(levels, (size, size), interpolation=cv2.INTER_CUBIC))
+        .permute(2, 0, 1)[None]
+        .clamp(0, 1)
+    )
 
 
 def build(name: str):
@@ -135,5 +137,3 @@ def test_gradients_are_those_of_finite_differences() -> None:
 def test_wrong_settings_are_refused(settings: dict) -> None:
     with pytest.raises(UserError):
         SoftSift(**settings)
-
-

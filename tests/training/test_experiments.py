@@ -26,7 +26,7 @@ def composed(command: str, *overrides: str) -> DictConfig:
 
 @pytest.mark.parametrize("name", choices("experiment"))
 def test_experiment_composes_and_builds(name: str, tmp_path) -> None:
-    """One that is called like a `baseline` belongs to train.baseline, matcher_* to train.finetune, *_decom to train.decom."""
+    """One called like a `baseline` belongs to train.baseline, matcher_* to train.finetune, *_decom to train.decom."""
     if name in choices("baseline"):
         cfg = composed("baseline", f"experiment={name}")
         stage: Stage = baseline.make_stage(cfg)

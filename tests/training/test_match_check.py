@@ -16,16 +16,16 @@ class Known:
     """Two right matches, one 3 px off, one 4 px off; counts how often it looks at a picture."""
 
     name = "known"
-    settings: dict = {}
 
     def __init__(self) -> None:
+        self.settings: dict = {}
         self.pictures: list[torch.Tensor] = []
 
     def features(self, image: torch.Tensor) -> Features:
         self.pictures.append(image)
         return Features(torch.zeros(0, 2), torch.zeros(0, 1), torch.zeros(0), SIZE)
 
-    def match(self, a: Features, b: Features) -> Matches:
+    def match(self, a: Features, b: Features) -> Matches:  # noqa: ARG002
         points = torch.tensor([[10.0, 20], [50, 60], [70, 30], [90, 40]])
         turned = torch.tensor([119.0, 95]) - points
         off = torch.tensor([[0.0, 0], [0, 0], [0, 3], [4, 0]])
