@@ -11,7 +11,11 @@ from diffnav.errors import UserError
 def refuse_misfits(cfg: DictConfig, defaults: DictConfig) -> None:
     """Raise UserError for a setting that is missing, does not exist, or is of another kind than its default."""
     known = _settings(OmegaConf.to_container(defaults))
+    # What is null unless given may be given as names of one's own.
+    free = tuple(f"{key}." for key, value in known.items() if value is None)
     for key, value in _settings(OmegaConf.to_container(cfg)).items():
+        if key.startswith(free):
+            continue
         if key not in known:
             near = [one for one in known if one.startswith(f"{key}.")] or difflib.get_close_matches(key, known, 1)
             raise UserError(f"there is no setting {key}" + (f"; did you mean {' or '.join(near)}?" if near else ""))

@@ -5,7 +5,7 @@ from pathlib import Path
 from hydra.utils import instantiate
 from omegaconf import DictConfig
 
-from conf.command import command, pick_device, plain
+from conf.command import choice, command, pick_device, plain
 from diffnav.evaluation.benchmark import run_benchmark
 from diffnav.evaluation.benchmark_page import benchmark_page
 from diffnav.evaluation.tables import write_json, write_text
@@ -28,6 +28,8 @@ def main(cfg: DictConfig) -> None:
         instantiate(cfg.optimiser, _convert_="all"),
         cfg.batch,
         cfg.patch,
+        recipes={name: instantiate(loss) for name, loss in cfg.recipes.items()},
+        descriptors={name: instantiate(choice("descriptor", name)) for name in cfg.descriptors},
     )
     result = run_benchmark(plain(cfg)["networks"], setup, sizes, device, compile_stage if cfg.compile else None)
     page = benchmark_page(result)

@@ -15,15 +15,16 @@ from diffnav.data.splits import split_photos, thin_photos
 from diffnav.errors import UserError
 from diffnav.evaluation.methods import Method, checkpoint_methods, require_distinct
 from diffnav.evaluation.provenance import device_name, git_commit, versions
+from diffnav.evaluation.seeds import require_controls
 
 
 def make_methods(cfg: DictConfig, device: torch.device) -> list[Method]:
-    """The rows of a table: `always`, `enhancers`, then `checkpoint`; one that is named twice comes once."""
+    """The rows of a table: `always`, `enhancers`, `checkpoint`, then `seeds`; one that is named twice comes once."""
     entries: list[Any] = []
     for entry in [*plain_list(cfg.always), *plain_list(cfg.enhancers)]:
         if entry not in entries:
             entries.append(entry)
-    checkpoints = list(dict.fromkeys(str(checkpoint) for checkpoint in plain_list(cfg.checkpoint)))
+    checkpoints = _checkpoints(cfg)
     methods = [configured_method(entry, device) for entry in entries] + checkpoint_methods(checkpoints, device)
     require_distinct(methods)
     names = [method.name for method in methods]
@@ -31,6 +32,20 @@ def make_methods(cfg: DictConfig, device: torch.device) -> list[Method]:
         if reference not in names:
             raise UserError(f"reference={reference} is no row of this table: name one of {', '.join(names)}, or null")
     return methods
+
+
+def seed_groups(cfg: DictConfig, methods: Sequence[Method]) -> dict[str, list[str]]:
+    """The groups of `seeds`: name -> the names of the rows that are its seeds; they must suit `controls`."""
+    checkpoints = _checkpoints(cfg)
+    names = dict(zip(checkpoints, [method.name for method in methods[-len(checkpoints) :]], strict=False))
+    groups = {str(group): [names[str(one)] for one in plain_list(own)] for group, own in (cfg.seeds or {}).items()}
+    require_controls(groups, cfg.controls or {})
+    return groups
+
+
+def _checkpoints(cfg: DictConfig) -> list[str]:
+    seeds = [one for own in (cfg.get("seeds") or {}).values() for one in plain_list(own)]
+    return list(dict.fromkeys(str(checkpoint) for checkpoint in [*plain_list(cfg.checkpoint), *seeds]))
 
 
 def configured_method(entry: Any, device: torch.device) -> Method:

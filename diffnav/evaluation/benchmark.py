@@ -20,6 +20,8 @@ from diffnav.training.stages import Stage
 _INSIDE = ("forward", "backward", "optimiser")
 OUTSIDE_LIMIT = 0.10
 LARGE_LIMIT_GB = 3.0
+# Of a step of the light recipe, against the same step with the paper's loss.
+LIGHT_RECIPE, LIGHT_LIMIT = "hybrid_light", 1.6
 _MEMORY_STEPS = 2
 
 Row = dict[str, Any]
@@ -55,6 +57,7 @@ def run_benchmark(
     environment = _environment(device)
     main = next(iter(networks))
     training = _training_cases(networks, main, compile_stage is not None)
+    training += [TrainingCase(main, networks[main], "joint", True, recipe=recipe) for recipe in setup.recipes]
     inference = [InferenceCase(name, settings, bf16) for name, settings in networks.items() for bf16 in (False, True)]
     steps = sizes.warmup + sizes.repeats
     timers: list[Timer] = [TrainingTimer(case, setup, device, steps, compile_stage) for case in training]
@@ -115,7 +118,8 @@ def _training_rows(
     rows = []
     for case in cases:
         total, phases = totals[case.name], medians[case.name]
-        exact = TrainingCase(case.network, case.settings, case.stage).name
+        exact = TrainingCase(case.network, case.settings, case.stage, recipe=case.recipe).name
+        plain = TrainingCase(case.network, case.settings, case.stage, case.bf16).name
         rows.append(
             {
                 "name": case.name,
@@ -123,9 +127,11 @@ def _training_rows(
                 "stage": case.stage,
                 "precision": case.precision,
                 "compiled": case.compiled,
+                "recipe": case.recipe,
                 "seconds": total,
                 "ratio": total / totals[cases[0].name],
-                "speedup_over_float32": totals[exact] / total,
+                "of_paper_step": total / totals[plain],
+                "speedup_over_float32": totals[exact] / total if exact in totals else None,
                 "images_per_second": batch / total,
                 "phases": {phase: {"seconds": phases[phase], "share": phases[phase] / total} for phase in PHASES},
                 "outside_share": sum(phases[phase] for phase in PHASES if phase not in _INSIDE) / total,
@@ -168,9 +174,11 @@ def _large_row(case: InferenceCase, small: Row, size: Size, figures: Mapping[str
 def _targets(training: list[Row], large: Row) -> dict[str, Row]:
     """Each target with its limit, what was measured, and whether it is met."""
     worst = max(row["outside_share"] for row in training)
+    light = [row["of_paper_step"] for row in training if row["recipe"] == LIGHT_RECIPE]
     pairs = {
         "outside_share": (OUTSIDE_LIMIT, worst),
         "large_image_memory_gb": (LARGE_LIMIT_GB, large["peak_memory_gb"]),
+        **({"light_step": (LIGHT_LIMIT, light[0])} if light else {}),
     }
     return {
         name: {"limit": limit, "measured": measured, "met": measured <= limit}

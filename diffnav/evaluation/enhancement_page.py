@@ -6,12 +6,18 @@ from typing import Any
 from diffnav.evaluation.aggregate import Row
 from diffnav.evaluation.cells import duration, failure_lines, protocol_section, with_interval
 from diffnav.evaluation.paper_results import NOT_OURS, paper_table_1
+from diffnav.evaluation.seeds import seed_sections
 from diffnav.evaluation.tables import markdown_table
 
 
-def enhancement_page(rows: Sequence[Row], protocol: Mapping[str, Any]) -> str:
-    """The whole page; `rows` as `enhancement_rows` makes them, `protocol` any plain values."""
-    parts = ["# Enhancement: PSNR and SSIM", scores_table(rows), _NOTES]
+def enhancement_page(
+    rows: Sequence[Row], protocol: Mapping[str, Any], compared: Mapping[str, Sequence[Row]] | None = None
+) -> str:
+    """The whole page; `rows` as `enhancement_rows` makes them, `protocol` any plain values.
+
+    compared: score -> `seed_rows`, of recipes trained several times.
+    """
+    parts = ["# Enhancement: PSNR and SSIM", scores_table(rows), _NOTES, *seed_sections(compared or {}, digits=3)]
     if failures := failure_lines(rows):
         parts += ["## Failures", "\n".join(f"- {line}" for line in failures)]
     if any(figures["n"] > 1 for row in rows for figures in row["per_source"].values()):

@@ -8,6 +8,7 @@ from diffnav.evaluation.aggregate import Row, difference, mean_with_interval, me
 from diffnav.evaluation.auc_bootstrap import auc_difference, auc_interval
 from diffnav.evaluation.homography_auc import homography_auc
 from diffnav.evaluation.match_records import MatchRecord
+from diffnav.evaluation.seeds import seed_rows
 
 # Means over the pairs, of which a row has the bootstrap interval as well.
 SCORES = ("mp", "correct", "precision", "inliers", "inlier_ratio")
@@ -36,6 +37,18 @@ def matching_rows(
         others = {name: groups.get((name, matcher), []) for name in references if name != method}
         rows.append(_row(own, {name: met for name, met in others.items() if _common(own, met)}, seed))
     return rows
+
+
+def compare_seeds(
+    records: Sequence[MatchRecord], groups: Mapping[str, Sequence[str]], controls: Mapping[str, str], seed: int = 0
+) -> dict[str, list[Row]]:
+    """Matcher -> `seed_rows` of correct matches, failures counting with 0; nothing without groups."""
+    if not groups:
+        return {}
+    values: dict[str, dict[str, dict[str, float]]] = {}
+    for record in records:
+        values.setdefault(record.matcher, {}).setdefault(record.method, {})[record.name] = record.correct
+    return {matcher: seed_rows(own, groups, controls, seed=seed) for matcher, own in values.items()}
 
 
 def corner_errors_px(records: Sequence[MatchRecord]) -> list[float]:

@@ -7,6 +7,7 @@ from diffnav.evaluation.aggregate import Row
 from diffnav.evaluation.cells import duration, failure_lines, protocol_section, with_interval
 from diffnav.evaluation.match_rows import AUC_PX
 from diffnav.evaluation.paper_results import NOT_OURS, paper_table_2
+from diffnav.evaluation.seeds import seed_sections
 from diffnav.evaluation.tables import markdown_table
 
 _KINDS = {
@@ -19,11 +20,20 @@ _KINDS = {
 }
 
 
-def matching_page(rows: Sequence[Row], protocol: Mapping[str, Any], left_out: Sequence[str] = ()) -> str:
-    """The whole page; `rows` as `matching_rows` makes them, `protocol` any plain values, left_out: sentences."""
+def matching_page(
+    rows: Sequence[Row],
+    protocol: Mapping[str, Any],
+    left_out: Sequence[str] = (),
+    compared: Mapping[str, Sequence[Row]] | None = None,
+) -> str:
+    """The whole page; `rows` as `matching_rows` makes them, `protocol` any plain values, left_out: sentences.
+
+    compared: matcher -> `seed_rows`, of recipes trained several times.
+    """
     kind = rows[0]["pairs"]
     about = [_KINDS.get(kind, ""), *(f"Left out: {sentence}." for sentence in left_out)]
     parts = [f"# Matching: correct matches, pairs={kind}", correct_table(rows), _NOTES, " ".join(about)]
+    parts += seed_sections(compared or {})
     for matcher in matchers_of(rows):
         parts += [f"## {matcher}", matcher_table([row for row in rows if row["matcher"] == matcher])]
     if failures := failure_lines(rows):

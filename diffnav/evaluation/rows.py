@@ -1,13 +1,14 @@
 """From per-image records to the rows of Table 1: one per method, with intervals, sources and the Retinex's state."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from diffnav.evaluation.aggregate import Row, difference, mean_with_interval, means_by_source, median, rounded
 from diffnav.evaluation.methods import Method
 from diffnav.evaluation.provenance import device_name
 from diffnav.evaluation.records import ImageRecord
+from diffnav.evaluation.seeds import seed_rows
 from diffnav.retinex.state import illumination_is_alive
 
 SCORES = ("psnr", "ssim")
@@ -26,6 +27,17 @@ def enhancement_rows(
     """
     by_method = {method.name: [r for r in records if r.method == method.name] for method in methods}
     return [_row(method, by_method[method.name], by_method.get(reference or ""), reference, seed) for method in methods]
+
+
+def compare_seeds(
+    records: Sequence[ImageRecord], groups: Mapping[str, Sequence[str]], controls: Mapping[str, str], seed: int = 0
+) -> dict[str, list[Row]]:
+    """Score -> `seed_rows`; nothing without groups."""
+    values: dict[str, dict[str, dict[str, float]]] = {score: {} for score in SCORES if groups}
+    for score, methods in values.items():
+        for record in records:
+            methods.setdefault(record.method, {})[record.name] = getattr(record, score)
+    return {score: seed_rows(methods, groups, controls, seed=seed) for score, methods in values.items()}
 
 
 def _row(

@@ -1,30 +1,39 @@
 """A training step, timed phase by phase: the training loop's own pieces on pictures in memory."""
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import torch
 from torch import Tensor, nn
+from torch.utils.data import Dataset
 
 from diffnav.darkness import DarknessModel
+from diffnav.data.match_pairs.random_views import RandomViews
 from diffnav.data.pairs import TrainingPairs
 from diffnav.data.photos import Photo
 from diffnav.data.scenes import SceneWindows
 from diffnav.data.store import PhotoStore
+from diffnav.data.viewed_pairs import ViewedPairs
 from diffnav.evaluation.memory import peak_memory_gb
 from diffnav.evaluation.timing import PhaseClock, Seconds
+from diffnav.losses.hybrid import HybridLoss
 from diffnav.losses.retinex import RetinexLoss
+from diffnav.matching.descriptors.descriptor import Descriptor
 from diffnav.retinex.enhancer import RetinexEnhancer
 from diffnav.training.allocator import keep_freed_memory
 from diffnav.training.distributed import Crew
-from diffnav.training.loop import Plan, _batches, _optimise
+from diffnav.training.finetune import FinetuneStage
+from diffnav.training.loop import Batch, Plan, _batches, _optimise
 from diffnav.training.stages import DecomStage, EnhanceStage, Figures, Losses, Stage
 
 
 @dataclass(frozen=True)
 class TrainingSetup:
-    """What all timed trainings share. optimiser: parameters -> optimiser. batch: patches a step."""
+    """What all timed trainings share. optimiser: parameters -> optimiser. batch: patches a step.
+
+    recipes: name -> a matcher-aware loss that is timed beside the paper's; descriptors: of those that need any.
+    """
 
     store: PhotoStore
     darkness: DarknessModel
@@ -34,17 +43,23 @@ class TrainingSetup:
     batch: int = 8
     patch: int = 96
     clip_norm: float = 1.0
+    recipes: Mapping[str, HybridLoss] = field(default_factory=dict)
+    descriptors: Mapping[str, Descriptor] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
 class TrainingCase:
-    """One row: the network (its name and settings), the stage (joint or decom), bf16 or float32, compiled or not."""
+    """One row: the network (its name and settings), the stage (joint or decom), bf16 or float32, compiled or not.
+
+    recipe: name of the matcher-aware loss, None for the paper's.
+    """
 
     network: str
     settings: Mapping[str, Any]
     stage: str
     bf16: bool = False
     compiled: bool = False
+    recipe: str | None = None
 
     @property
     def precision(self) -> str:
@@ -52,14 +67,22 @@ class TrainingCase:
 
     @property
     def name(self) -> str:
-        return f"{self.network} {self.stage} {self.precision}" + (" compiled" if self.compiled else "")
+        words = [self.network, self.stage, self.precision, "compiled" if self.compiled else "", self.recipe or ""]
+        return " ".join(word for word in words if word)
 
     def make_stage(self, setup: TrainingSetup) -> Stage:
         """The stage with fresh weights: speed does not depend on them."""
         enhancer = RetinexEnhancer(**self.settings)
         if self.stage == "decom":
             return DecomStage(enhancer, setup.loss, self.bf16)
-        return EnhanceStage(enhancer, setup.loss, self.bf16, train_decom=True, decom_loss=setup.decom_loss)
+        loss = setup.recipes[self.recipe] if self.recipe else setup.loss
+        joint = EnhanceStage(enhancer, loss, self.bf16, train_decom=True, decom_loss=setup.decom_loss)
+        return FinetuneStage(joint, loss, setup.descriptors) if isinstance(loss, HybridLoss) else joint
+
+    def make_pairs(self, setup: TrainingSetup) -> Dataset:
+        """The samples that the stage takes."""
+        pairs = TrainingPairs(setup.store, setup.darkness, setup.patch)
+        return ViewedPairs(pairs, RandomViews(scale=(0.8, 1.25), perspective=0.05)) if self.recipe else pairs
 
 
 class TimedStage(nn.Module):
@@ -70,9 +93,9 @@ class TimedStage(nn.Module):
         self.stage = stage
         self.clock = clock
 
-    def forward(self, low: Tensor, normal: Tensor) -> tuple[Losses, Figures]:
+    def forward(self, **batch: Tensor) -> tuple[Losses, Figures]:
         self.clock.mark("forward")
-        result = self.stage(low, normal)
+        result = self.stage(**batch)
         self.clock.mark("backward")
         return result
 
@@ -103,15 +126,14 @@ class TrainingTimer:
         self._optimiser.register_step_pre_hook(lambda *_: self._clock.mark("optimiser"))
         self._optimiser.register_step_post_hook(lambda *_: self._clock.mark("other"))
         self._plan = Plan(steps, setup.batch, clip_norm=setup.clip_norm)
-        pairs = TrainingPairs(setup.store, setup.darkness, setup.patch)
-        self._batches: Iterator[tuple[Tensor, Tensor]] = _batches(pairs, self._plan, 0, Crew(), device)
+        self._batches: Iterator[Batch] = _batches(case.make_pairs(setup), self._plan, 0, Crew(), device)
 
     def run(self) -> Seconds:
         """Take one step: seconds of each phase."""
         self._clock.start("data")
-        low, normal = next(self._batches)
+        batch = next(self._batches)
         self._clock.mark("other")
-        _optimise(self._stage, low, normal, self._optimiser, self._plan, 0)
+        _optimise(self._stage, batch, self._optimiser, self._plan, 0)
         return self._clock.stop()
 
 

@@ -17,6 +17,7 @@ from diffnav.evaluation.benchmark_page import benchmark_page
 from diffnav.evaluation.memory import in_own_process, peak_memory_gb
 from diffnav.evaluation.timing import PHASES, PhaseClock, interleave
 from diffnav.evaluation.training_speed import TrainingCase, TrainingSetup, TrainingTimer, scenery_store
+from diffnav.losses.hybrid import HybridLoss
 from diffnav.losses.retinex import RetinexLoss
 
 CPU = torch.device("cpu")
@@ -31,7 +32,8 @@ NETWORKS = {
 def setup():
     store = scenery_store(2, (48, 64))
     adam = partial(torch.optim.Adam, lr=1e-4)
-    return TrainingSetup(store, DarknessModel(), RetinexLoss(), RetinexLoss(), adam, batch=2, patch=32)
+    light = {"hybrid_light": HybridLoss(w_s=0.5)}
+    return TrainingSetup(store, DarknessModel(), RetinexLoss(), RetinexLoss(), adam, 2, 32, recipes=light)
 
 
 @pytest.fixture
@@ -160,6 +162,7 @@ def test_all_cases_are_there(result):
         "compact decom bf16",
         "paper joint float32",
         "paper joint bf16",
+        "compact joint bf16 hybrid_light",
     ]
     assert [row["name"] for row in result["inference"]] == [
         "compact float32",
@@ -181,15 +184,25 @@ def test_figures_agree_with_each_other(result):
         assert row["images_per_second"] == pytest.approx(2 / row["seconds"])
         assert row["ratio"] == pytest.approx(row["seconds"] / first)
         assert 0.1 < row["peak_memory_gb"] < 20
-        exact = next(r for r in result["training"] if r["name"] == row["name"].replace("bf16", "float32"))
-        assert row["speedup_over_float32"] == pytest.approx(exact["seconds"] / row["seconds"])
+        seconds = {r["name"]: r["seconds"] for r in result["training"]}
+        plain = seconds[row["name"].removesuffix(" hybrid_light")]
+        assert row["of_paper_step"] == pytest.approx(row["seconds"] / plain)
+        if row["recipe"]:
+            assert row["speedup_over_float32"] is None
+        else:
+            exact = seconds[row["name"].replace("bf16", "float32")]
+            assert row["speedup_over_float32"] == pytest.approx(exact / row["seconds"])
     for row in result["inference"]:
         assert row["seconds_per_megapixel"] == pytest.approx(row["seconds"] / (24 * 40 / 1e6))
         assert row["ratio"] == pytest.approx(row["seconds"] / result["inference"][0]["seconds"])
     large = result["large_image"]
     assert large["seconds_per_megapixel"] == pytest.approx(large["seconds"] / (64 * 96 / 1e6))
     targets = result["targets"]
-    assert targets["outside_share"]["measured"] == max(r["outside_share"] for r in result["training"][:4])
+    compact = [row for row in result["training"] if row["network"] == "compact"]
+    assert targets["outside_share"]["measured"] == max(row["outside_share"] for row in compact)
+    assert targets["light_step"] == {
+        "limit": 1.6, "measured": compact[-1]["of_paper_step"], "met": compact[-1]["of_paper_step"] <= 1.6
+    }  # fmt: skip
     assert targets["large_image_memory_gb"]["measured"] == large["peak_memory_gb"]
     assert all(target["met"] == (target["measured"] <= target["limit"]) for target in targets.values())
 
@@ -198,19 +211,22 @@ def test_the_page_shows_what_the_figures_say(result):
     page = benchmark_page(json.loads(json.dumps(result)))
     assert result["environment"]["versions"]["torch"] in page
     assert f"{torch.get_num_threads()} thread(s)" in page
-    for row in result["training"]:
+    for row in result["training"][:-1]:
         line = next(line for line in page.splitlines() if line.startswith(f"| {row['name']} "))
         cells = [cell.strip() for cell in line.strip("|").split("|")]
-        assert cells[1:5] == [
+        assert cells[1:6] == [
             f"{row[key]:{form}}"
             for key, form in (
                 ("seconds", ".3g"),
                 ("ratio", ".2f"),
+                ("of_paper_step", ".2f"),
                 ("speedup_over_float32", ".2f"),
                 ("images_per_second", ".3g"),
             )
         ]
-        assert cells[5] == f"{100 * row['phases']['data']['share']:.1f}%"
+        assert cells[6] == f"{100 * row['phases']['data']['share']:.1f}%"
+    light = result["training"][-1]
+    assert f"| {light['name']} |" in page
     assert "96 x 64 in tiles" in page
 
 
@@ -218,6 +234,7 @@ def test_a_compiled_step_joins_where_a_compiler_is_given(setup):
     compiled = []
     sizes = Sizes(repeats=1, warmup=0, inference=(16, 16), large=(16, 16))
     networks = {"compact": NETWORKS["compact"]}
+    setup = replace(setup, recipes={})
     result = run_benchmark(networks, setup, sizes, CPU, lambda stage, device: compiled.append((stage.name, device)))
     assert compiled == [("joint", CPU)]
     row = result["training"][-1]
