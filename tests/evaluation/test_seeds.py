@@ -37,6 +37,11 @@ def test_without_the_ends_there_is_no_gap() -> None:
     assert seed_rows(values, GROUPS, {})[0]["gap_closed"] is None
 
 
+def test_a_control_without_a_match_has_no_percentage() -> None:
+    (row, _) = seed_rows({"a": {"p": 2.0}, "b": {"p": 0.0}}, {"a": ["a"], "b": ["b"]}, {"a": "b"})
+    assert (row["difference"][0], row["percent"]) == (2, None)
+
+
 def test_the_page_says_it() -> None:
     heading, _, matcher, table = seed_sections({"sift": seed_rows(VALUES, GROUPS, CONTROLS)})
     assert heading.startswith("## ")
