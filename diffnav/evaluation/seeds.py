@@ -43,8 +43,8 @@ def seed_rows(
         groups: name -> the methods that are its seeds. controls: name of a group -> that of its control, whose seeds
             stand in the same order. gap: methods that count as 0 and as 1 of `gap_closed`.
     Returns: group, seeds, n pictures; mean, mean_ci: of each picture's mean over the seeds; control, difference (mean,
-        low, high, paired by picture), percent of the control's mean (None of 0), per_seed (the differences of single seeds);
-        gap_closed, None where `gap` is not measured or has no width. Intervals are 95 % bootstrap over pictures.
+        low, high, paired by picture), percent of the control's mean (None of 0), per_seed (differences of single
+        seeds); gap_closed, None where `gap` is not measured or has no width. Intervals: 95 % bootstrap over pictures.
     """
     ends = [values[method] for method in gap if method in values]
     rows = []
