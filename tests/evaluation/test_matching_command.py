@@ -194,6 +194,7 @@ def test_recipes_over_their_seeds(evaluate: Evaluate, tmp_path: Path) -> None:
     assert (ours["group"], ours["control"], ours["seeds"], plain["control"]) == ("ours", "plain", 2, None)
     assert ours["mean"] == pytest.approx(means["ours"], abs=1e-5)
     assert ours["difference"][0] == pytest.approx(means["ours"] - means["plain"], abs=1e-5)
+    shutil.rmtree(tmp_path / "out")
     evaluate(seeds, "controls={ours: plain}", "figures.count=0", command=enhancement.main)
     both = json.loads((tmp_path / "out" / "enhancement.json").read_text())["seeds"]
     assert set(both) == {"psnr", "ssim"}
