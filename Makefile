@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 STAMP := .venv/.installed
 IMAGES ?=
-TESTS ?= tests
+TESTS ?= tests notebooks
 
 .PHONY: help venv lint format test test-all demo board clean
 
@@ -35,10 +35,10 @@ format: $(STAMP)
 	$(BIN)/ruff format .
 
 test: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 -m "not slow" $(TESTS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --nbmake -m "not slow" $(TESTS)
 
 test-all: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 $(TESTS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --nbmake $(TESTS)
 
 demo: $(STAMP)
 	$(BIN)/python -m eval.demo $(if $(IMAGES),'data.root="$(IMAGES)"')
