@@ -19,7 +19,12 @@ class Normal(nn.Module):
     needs_record = True
 
     def forward(self, image: Tensor, record: Sequence[Darkening] | None = None) -> Tensor:
-        pictures = [one.normal for one in require_records(image, record, "normal")]
-        if any(picture is None or picture.shape != image.shape[1:] for picture in pictures):
-            raise UserError("the enhancer normal needs the daylight picture, of the same size, in each record")
-        return torch.stack(pictures).to(image)  # type: ignore[arg-type]
+        return daylight_of(image, record, "normal")
+
+
+def daylight_of(image: Tensor, record: Sequence[Darkening] | None, enhancer: str) -> Tensor:
+    """The daylight pictures in the records, like the batch `image`. Raises: UserError naming the enhancer."""
+    pictures = [one.normal for one in require_records(image, record, enhancer)]
+    if any(picture is None or picture.shape != image.shape[1:] for picture in pictures):
+        raise UserError(f"the enhancer {enhancer} needs the daylight picture, of the same size, in each record")
+    return torch.stack(pictures).to(image)  # type: ignore[arg-type]

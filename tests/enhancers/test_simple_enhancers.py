@@ -19,6 +19,7 @@ from diffnav.enhancers.gamma_blind import GammaBlind
 from diffnav.enhancers.gamma_oracle import GammaOracle
 from diffnav.enhancers.input import Input
 from diffnav.enhancers.normal import Normal
+from diffnav.enhancers.visible import Visible
 from diffnav.errors import UserError
 
 
@@ -150,3 +151,23 @@ def test_clahe_does_not_mix_the_pictures_of_a_batch() -> None:
 def test_impossible_settings_are_one_sentence(enhancer: type, arguments: dict) -> None:
     with pytest.raises(UserError):
         enhancer(**arguments)
+
+
+def test_visible_is_daylight_where_levels_are_left_and_flat_elsewhere() -> None:
+    normal = daylight(1)
+    record = Darkening(gamma=4.0, maximum=1.0, quality=95, normal=normal[0])
+    result = Visible(levels=2)(normal**4, [record])
+    for channel, shown in zip(normal[0].tolist(), result[0].tolist(), strict=True):
+        # 2.5 / 255 is the darkest that rounds to level 3.
+        lost = [value for row in channel for value in row if value**4 * 255 < 2.5]
+        for row, shown_row in zip(channel, shown, strict=True):
+            for value, other in zip(row, shown_row, strict=True):
+                expected = sum(lost) / len(lost) if value**4 * 255 < 2.5 else value
+                assert other == pytest.approx(expected, abs=1e-5)
+    assert (result == normal).float().mean() > 0.1
+    assert (result != normal).float().mean() > 0.1
+
+
+def test_visible_refuses_levels_that_eight_bits_do_not_have() -> None:
+    with pytest.raises(UserError, match="levels from 0 to 254"):
+        Visible(255)
