@@ -13,7 +13,8 @@ class HybridLoss(RetinexLoss):
     All but w_p are shares of gradient: a term of weight 1 pulls at the enhanced picture as hard as Eq. 7 and 8 do,
     whatever its values are. A weight of 0 leaves a term out, at no cost.
 
-    keypoints: how many per patch at most, the strongest of daylight. sigmas: scales of the detector, pixels.
+    windows: sigmas of the structure term's windows, pixels. keypoints: how many per patch at most, the strongest of
+    daylight. sigmas: scales of the detector, pixels; SIFT's finest octave, of the doubled picture, has .8 to 1.6.
     temperature: of the dual softmax. h_below: the homography term joins when the running mean of the match loss falls
     below this. h_ramp: steps until it has its full weight.
 
@@ -25,6 +26,7 @@ class HybridLoss(RetinexLoss):
     w_m: float = 0.0
     w_d: float = 0.0
     w_h: float = 0.0
+    windows: tuple[float, ...] = (1.5, 3.0, 6.0)
     keypoints: int = 64
     sigmas: tuple[float, ...] = (1.6, 2.0, 2.5, 3.2)
     temperature: float = 0.1
@@ -33,7 +35,11 @@ class HybridLoss(RetinexLoss):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        object.__setattr__(self, "sigmas", tuple(self.sigmas))
+        for name in ("sigmas", "windows"):
+            scales = tuple(getattr(self, name))
+            object.__setattr__(self, name, scales)
+            if not scales or min(scales) <= 0:
+                raise UserError(f"loss.{name} must be numbers above 0, got {list(scales)}")
         for name in ("w_p", "w_s", "w_m", "w_d", "w_h"):
             if getattr(self, name) < 0:
                 raise UserError(f"loss.{name} must be 0 or more, got {getattr(self, name)}")
@@ -41,10 +47,8 @@ class HybridLoss(RetinexLoss):
             raise UserError("every weight of the loss is 0; set one of loss.w_p, w_s, w_m, w_d, w_h")
         if self.keypoints < 8:
             raise UserError(f"loss.keypoints must be 8 or more, got {self.keypoints}")
-        if not self.sigmas or min(self.sigmas) <= 0 or self.temperature <= 0:
-            raise UserError(
-                f"loss.sigmas and loss.temperature must be above 0, got {list(self.sigmas)} and {self.temperature}"
-            )
+        if self.temperature <= 0:
+            raise UserError(f"loss.temperature must be above 0, got {self.temperature}")
         if self.h_ramp < 1:
             raise UserError(f"loss.h_ramp must be 1 step or more, got {self.h_ramp}")
 
