@@ -7,10 +7,13 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+import torch
 from omegaconf import OmegaConf
 from tiny_training import ENVIRONMENT, REPOSITORY, rows
 
+from diffnav.checkpoints import save_enhancer
 from diffnav.errors import UserError
+from diffnav.retinex.enhancer import RetinexEnhancer
 from diffnav.training.distributed import Crew
 from train import decom, session
 
@@ -54,6 +57,17 @@ def test_two_processes_reach_the_losses_of_one(tiny: list[str], tmp_path: Path, 
             expected = [float(theirs[name]) for name in names]
             assert [float(ours[name]) for name in names] == pytest.approx(expected, rel=1e-4)
     assert len(rows(tmp_path / "two/metrics.csv")) == 12
+
+
+def test_two_processes_fine_tune_and_save_what_the_loss_remembers(tiny: list[str], tmp_path: Path) -> None:
+    torch.manual_seed(0)
+    save_enhancer(tmp_path / "init.pt", RetinexEnhancer(width=4, padding="zeros"), "joint", {})
+    settings = (*tiny, f"init={tmp_path / 'init.pt'}", "data.patch=64", "validation.matchers=[]", "training.batch=4")
+    done = torchrun("-m", "train.finetune", *settings, "run=two", "training.steps=2")
+    assert done.returncode == 0, done.stderr
+    state = torch.load(tmp_path / "two" / "state.pt", weights_only=True)
+    assert state["memory"]["balance.norm_paper"] > 0
+    assert len(rows(tmp_path / "two" / "metrics.csv")) == 2
 
 
 TRAIN_AND_LEAVE = """

@@ -10,10 +10,12 @@ from torch import Tensor
 
 from diffnav.checkpoints import load_enhancer, read_checkpoint, save_enhancer
 from diffnav.data.match_pairs.random_views import RandomViews
+from diffnav.errors import UserError
 from diffnav.images import from_uint8
 from diffnav.losses.hybrid import HybridLoss
 from diffnav.losses.retinex import RetinexLoss
 from diffnav.matching.descriptors.soft_sift import SoftSift
+from diffnav.pretrained import pretrained_path
 from diffnav.retinex.enhancer import DirectEnhancer, RetinexEnhancer
 from diffnav.training.balance import Balance, Curriculum, pulled
 from diffnav.training.finetune import FinetuneStage
@@ -198,3 +200,26 @@ def test_departures_begin_where_the_checkpoint_stands_and_ship_with_it(
 )
 def test_mistakes_are_one_sentence(arguments: list[str], words: str, tiny, refusal, tmp_path: Path) -> None:
     assert words in refusal(finetune.main, *tiny, *FAST, TWO, "run=a", init(tmp_path), *arguments)
+
+
+@pytest.mark.parametrize("name", ["xfeat", "aliked"])
+def test_a_learned_matcher_in_the_loss(name: str, tiny, tmp_path: Path, door: Callable) -> None:
+    try:
+        pretrained_path({"xfeat": "xfeat/xfeat_backbone_from_onnx.pt", "aliked": "aliked/aliked-n16.pth"}[name], "")
+    except UserError as error:
+        pytest.skip(f"published weights are not here: {error}")
+    door(finetune.main, *tiny, *FAST, TWO, "run=a", f"descriptors=[soft_sift,{name}]", init(tmp_path))
+    logged = rows(tmp_path / "a" / "metrics.csv")[-1]
+    assert float(logged[f"gradient_match_{name}"]) > 0
+    assert float(logged[f"match_{name}"]) > 0
+    # Frozen, and no part of what is saved.
+    assert not [key for key in read_checkpoint(tmp_path / "a")["weights"] if name in key]
+
+
+def test_a_homography_needs_what_follows_turns(tiny, tmp_path: Path, refusal) -> None:
+    try:
+        pretrained_path("xfeat/xfeat_backbone_from_onnx.pt", "")
+    except UserError as error:
+        pytest.skip(f"published weights are not here: {error}")
+    words = refusal(finetune.main, *tiny, *FAST, TWO, "run=a", "descriptors=[xfeat]", init(tmp_path))
+    assert "loss.w_h needs a descriptor that follows turns, beside xfeat" in words
