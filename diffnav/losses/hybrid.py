@@ -13,7 +13,8 @@ class HybridLoss(RetinexLoss):
     All but w_p are shares of gradient: a term of weight 1 pulls at the enhanced picture as hard as Eq. 7 and 8 do,
     whatever its values are. A weight of 0 leaves a term out, at no cost.
 
-    windows: sigmas of the structure term's windows, pixels. keypoints: how many per patch at most, the strongest of
+    windows: sigmas of the structure term's windows, pixels; emphasis: power of daylight's local contrast that weighs
+    its places. keypoints: how many per patch at most, the strongest of
     daylight. sigmas: scales of the detector, pixels; SIFT's finest octave, of the doubled picture, has .8 to 1.6.
     temperature: of the dual softmax. h_below: the homography term joins when the running mean of the match loss falls
     below this. h_ramp: steps until it has its full weight.
@@ -27,6 +28,7 @@ class HybridLoss(RetinexLoss):
     w_d: float = 0.0
     w_h: float = 0.0
     windows: tuple[float, ...] = (1.5, 3.0, 6.0)
+    emphasis: float = 0.0
     keypoints: int = 64
     sigmas: tuple[float, ...] = (1.6, 2.0, 2.5, 3.2)
     temperature: float = 0.1

@@ -38,8 +38,13 @@ def detector_loss(enhanced: Tensor, normal: Tensor) -> Tensor:
     return (_of_mean_magnitude(enhanced) - _of_mean_magnitude(normal)).abs().mean()
 
 
-def structure_loss(enhanced: Tensor, normal: Tensor, sigmas: Sequence[float] = (1.5, 3.0, 6.0)) -> Tensor:
+def structure_loss(
+    enhanced: Tensor, normal: Tensor, sigmas: Sequence[float] = (1.5, 3.0, 6.0), emphasis: float = 0.0
+) -> Tensor:
     """1 - local normalised cross-correlation of grey values, mean over places and Gaussian windows of `sigmas` px.
+
+    emphasis: places are weighted by daylight's local standard deviation to this power; 0: all alike. Keypoints, the
+    strongest that a matcher keeps, lie where contrast is.
 
     0 where the pictures agree up to a gain and an offset in every window; flat in both counts as agreement. A dense,
     cheap stand-in for descriptors, which do not see gain and offset either. Args: (B, 3, H, W) in [0, 1].
@@ -54,7 +59,9 @@ def structure_loss(enhanced: Tensor, normal: Tensor, sigmas: Sequence[float] = (
         # The variance is a difference of rounded numbers: it may come out below 0.
         variance_a, variance_b = (aa - mean_a**2).clamp(min=0), (bb - mean_b**2).clamp(min=0)
         product = (variance_a + _FLAT_VARIANCE) * (variance_b + _FLAT_VARIANCE)
-        losses.append(1 - ((ab - mean_a * mean_b + _FLAT_VARIANCE) / product.sqrt()).mean())
+        correlation = (ab - mean_a * mean_b + _FLAT_VARIANCE) / product.sqrt()
+        weight = (variance_b + _FLAT_VARIANCE) ** (emphasis / 2)
+        losses.append(1 - (weight * correlation).sum() / weight.sum())
     return torch.stack(losses).mean()
 
 

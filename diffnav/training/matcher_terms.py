@@ -49,7 +49,7 @@ class MatcherTerms(nn.Module):
         terms: dict[str, Tensor] = {}
         figures: dict[str, Tensor] = {}
         if self.loss.w_s:
-            terms["structure"] = structure_loss(enhanced, normal, self.loss.windows)
+            terms["structure"] = structure_loss(enhanced, normal, self.loss.windows, self.loss.emphasis)
         if self.loss.w_d or self.loss.needs_points:
             with torch.no_grad():
                 daylight = dog_responses(normal, self.loss.sigmas)

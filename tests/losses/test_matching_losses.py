@@ -18,12 +18,12 @@ def picture(seed: int, batch: int = 2, size: tuple[int, int] = SIZE) -> Tensor:
     return torch.rand(batch, 3, *size, generator=torch.Generator().manual_seed(seed), dtype=torch.float64)
 
 
-def slow_correlation(a: np.ndarray, b: np.ndarray, sigma: float) -> float:
-    """Mean of the local correlation of two grey pictures, pixel by pixel; edges are mirrored about the last pixel."""
+def slow_correlation(a: np.ndarray, b: np.ndarray, sigma: float, emphasis: float) -> float:
+    """Weighted mean of the local correlation of two grey pictures; edges are mirrored about the last pixel."""
     reach = int(3 * sigma + 0.5)
     window = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
     window = np.outer(window, window) / np.outer(window, window).sum()
-    values = []
+    values, weights = [], []
     for y in range(a.shape[0]):
         for x in range(a.shape[1]):
             rows = [abs(r) if r < a.shape[0] else 2 * a.shape[0] - 2 - r for r in range(y - reach, y + reach + 1)]
@@ -33,15 +33,18 @@ def slow_correlation(a: np.ndarray, b: np.ndarray, sigma: float) -> float:
             covariance = (window * (p - mean_p) * (q - mean_q)).sum()
             variance_p, variance_q = (window * (p - mean_p) ** 2).sum(), (window * (q - mean_q) ** 2).sum()
             values.append((covariance + 1e-4) / math.sqrt((variance_p + 1e-4) * (variance_q + 1e-4)))
-    return float(np.mean(values))
+            weights.append(math.sqrt(variance_q + 1e-4) ** emphasis)
+    return float(np.average(values, weights=weights))
 
 
-def test_structure_is_the_local_correlation_of_grey_values() -> None:
+@pytest.mark.parametrize("emphasis", [0.0, 1.0, 2.0])
+def test_structure_is_the_local_correlation_of_grey_values(emphasis: float) -> None:
     a, b = picture(0, 1), picture(1, 1)
     b = 0.5 * a + 0.5 * b
+    b[..., :8] = 0.3 + 0.2 * b[..., :8]
     grey = [(x[0] * x.new_tensor([0.299, 0.587, 0.114])[:, None, None]).sum(0).numpy() for x in (a, b)]
-    expected = np.mean([1 - slow_correlation(*grey, sigma) for sigma in (1.0, 2.5)])
-    assert structure_loss(a, b, (1.0, 2.5)).item() == pytest.approx(expected, abs=1e-6)
+    expected = np.mean([1 - slow_correlation(*grey, sigma, emphasis) for sigma in (1.0, 2.5)])
+    assert structure_loss(a, b, (1.0, 2.5), emphasis).item() == pytest.approx(expected, abs=1e-6)
 
 
 def test_structure_does_not_see_gain_and_offset_but_sees_detail() -> None:
