@@ -22,7 +22,7 @@ class SoftSift(nn.Module):
 
     follows_turns = True
 
-    def __init__(self, patch_px: int = 32, blur_px: float = 1.6, spikes: float = 0.02) -> None:
+    def __init__(self, patch_px: int = 16, blur_px: float = 1.6, spikes: float = 0.02) -> None:
         super().__init__()
         if patch_px < 8 or blur_px <= 0:
             raise UserError(f"descriptor needs patch_px of 8 or more and blur_px above 0, got {patch_px} and {blur_px}")
