@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import torch
+from network_checks import check_batch, check_black_and_white, random_image
 
 from diffnav.enhancers.lightennet import EPS, LightenNet
 
@@ -16,10 +17,6 @@ def network() -> LightenNet:
         for layer in network.layers:
             layer.weight.mul_(2.5)
     return network
-
-
-def random_image(*size: int) -> torch.Tensor:
-    return torch.rand(*size, generator=torch.Generator().manual_seed(0))
 
 
 def slow_convolution(x: np.ndarray, weight: np.ndarray, bias: np.ndarray) -> np.ndarray:
@@ -65,12 +62,7 @@ def test_the_network_is_four_convolutions_and_a_division(network: LightenNet) ->
 
 @pytest.mark.parametrize("size", [(16, 16), (17, 31), (33, 18)])
 def test_odd_sizes_and_a_batch_one_by_one(network: LightenNet, size: tuple[int, int]) -> None:
-    image = random_image(2, 3, *size)
-    with torch.no_grad():
-        result = network(image)
-        alone = torch.cat([network(one[None]) for one in image])
-    assert result.shape == image.shape
-    torch.testing.assert_close(result, alone, atol=1e-6, rtol=0)
+    check_batch(network, size)
 
 
 def test_a_picture_becomes_brighter_never_darker_and_a_flat_one_stays_flat(network: LightenNet) -> None:
@@ -84,9 +76,7 @@ def test_a_picture_becomes_brighter_never_darker_and_a_flat_one_stays_flat(netwo
 
 
 def test_black_stays_black_and_white_white(network: LightenNet) -> None:
-    with torch.no_grad():
-        assert network(torch.zeros(1, 3, 20, 20)).abs().max() == 0
-        assert (network(torch.ones(1, 3, 20, 20)) - 1).abs().max() < 1e-6
+    check_black_and_white(network)
 
 
 def test_the_gain_is_bounded(network: LightenNet) -> None:

@@ -5,6 +5,7 @@ import pytest
 import torch
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from network_checks import check_batch, check_black_and_white, random_image
 
 from diffnav.enhancers.zero_dce import ZeroDce, apply_curves
 
@@ -18,10 +19,6 @@ def network() -> ZeroDce:
         for parameter in network.parameters():
             parameter.copy_(torch.randn_like(parameter) * (0.1 if parameter.ndim == 1 else 0.08))
     return network
-
-
-def random_image(*size: int) -> torch.Tensor:
-    return torch.rand(*size, generator=torch.Generator().manual_seed(0))
 
 
 def slow_convolution(x: np.ndarray, weight: np.ndarray, bias: np.ndarray) -> np.ndarray:
@@ -81,18 +78,11 @@ def test_curves_keep_range_order_black_and_white(r: list[float]) -> None:
 
 @pytest.mark.parametrize("size", [(16, 16), (17, 31), (33, 18)])
 def test_odd_sizes_and_a_batch_one_by_one(network: ZeroDce, size: tuple[int, int]) -> None:
-    image = random_image(2, 3, *size)
-    with torch.no_grad():
-        result = network(image)
-        alone = torch.cat([network(one[None]) for one in image])
-    assert result.shape == image.shape
-    torch.testing.assert_close(result, alone, atol=1e-6, rtol=0)
+    check_batch(network, size)
 
 
 def test_black_stays_black_and_white_white(network: ZeroDce) -> None:
-    with torch.no_grad():
-        assert network(torch.zeros(1, 3, 20, 20)).abs().max() == 0
-        assert (network(torch.ones(1, 3, 20, 20)) - 1).abs().max() < 1e-6
+    check_black_and_white(network)
 
 
 def test_tiles_leave_no_seams(network: ZeroDce) -> None:

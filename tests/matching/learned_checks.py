@@ -54,6 +54,16 @@ def check_identity(settings, path):
     assert str(path.parent) not in str(settings)
 
 
+def check_features(matcher, picture, width, least):
+    """More than `least` features of a picture, plain ones, and the same each time; returns them."""
+    found, again = matcher.features(picture), matcher.features(picture)
+    check_plain_features(found, matcher.settings["features"], tuple(picture.shape[1:]), width)
+    assert len(found) > least
+    assert torch.equal(found.keypoints, again.keypoints)
+    assert torch.equal(found.descriptors, again.descriptors)
+    return found
+
+
 def check_plain_features(found, most, size, width):
     """Features as everywhere: sorted, inside, of length 1, free of autograd's and inference mode's traces."""
     height, wide = size

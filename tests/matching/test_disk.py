@@ -8,10 +8,10 @@ import torch
 from learned_checks import (
     check_any_size,
     check_arguments,
+    check_features,
     check_identity,
     check_matches,
     check_missing,
-    check_plain_features,
     save,
 )
 
@@ -45,11 +45,7 @@ def small(picture):
 
 
 def test_features_are_plain_and_the_same_each_time(disk, small):
-    found, again = disk.features(small), disk.features(small)
-    check_plain_features(found, 500, (90, 120), 128)
-    assert len(found) > 40
-    assert torch.equal(found.keypoints, again.keypoints)
-    assert torch.equal(found.descriptors, again.descriptors)
+    check_features(disk, small, 128, least=40)
 
 
 def test_fewer_features_are_the_strongest(disk, weights, small):
