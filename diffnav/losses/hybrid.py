@@ -30,7 +30,7 @@ class HybridLoss(RetinexLoss):
     windows: tuple[float, ...] = (1.5, 3.0, 6.0)
     emphasis: float = 0.0
     keypoints: int = 64
-    sigmas: tuple[float, ...] = (1.6, 2.0, 2.5, 3.2)
+    sigmas: tuple[float, ...] = (0.8, 1.1, 1.6, 2.2)
     temperature: float = 0.1
     h_below: float = 3.0
     h_ramp: int = 500
