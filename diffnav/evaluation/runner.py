@@ -84,9 +84,10 @@ class ComponentWatch:
         if isinstance(self.enhancer, RetinexEnhancer):
             self._handle.remove()
 
-    def _note(self, _: nn.Module, inputs: tuple[Tensor, Tensor], Ih: Tensor) -> None:
+    def _note(self, _: nn.Module, inputs: tuple[Tensor, Tensor], output: Tensor) -> None:
         R, I = inputs
-        self._states.append(component_state(Components(R, I, Ih, R)))
+        # What follows Ih is a residual, where the network has one.
+        self._states.append(component_state(Components(R, I, output[:, :1], R)))
 
     def means(self) -> dict[str, float]:
         """Each figure's mean over the calls; empty where there are no such components."""

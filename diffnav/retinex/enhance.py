@@ -60,15 +60,10 @@ class EnhanceNet(nn.Module):
             nn.init.zeros_(self.detail.bias)  # type: ignore[arg-type]
 
     def forward(self, R: Tensor, I: Tensor) -> Tensor:
-        """Ih (B, outputs, H, W) of R (B, 3, H, W) and I (B, 1, H, W); H and W divisible by 8."""
-        return self.illumination(self.fused(R, I))
+        """Ih (B, outputs, H, W) of R (B, 3, H, W) and I (B, 1, H, W); H and W divisible by 8.
 
-    def illumination(self, fused: Tensor) -> Tensor:
-        """Ih (B, outputs, H, W) of `fused`'s features."""
-        return _ACTIVATIONS[self.activation](self.last(fused).float())
-
-    def fused(self, R: Tensor, I: Tensor) -> Tensor:
-        """The features (B, width, H, W) that Ih and detail are made of."""
+        With `detail`, three channels more: the residual, of either sign.
+        """
         x = torch.cat([R, I], 1)
         skips = []
         for block, down in zip(self.blocks[:3], self.downs, strict=True):
@@ -81,4 +76,6 @@ class EnhanceNet(nn.Module):
             ups.append(up(x))
             x = block(torch.cat([ups[-1], skip], 1))
         full = [interpolate(u, size=x.shape[2:], mode="nearest") for u in ups]
-        return torch.relu(self.fuse(torch.cat([x, *full], 1)))
+        x = torch.relu(self.fuse(torch.cat([x, *full], 1)))
+        Ih = _ACTIVATIONS[self.activation](self.last(x).float())
+        return Ih if self.detail is None else torch.cat([Ih, self.detail(x).float()], 1)

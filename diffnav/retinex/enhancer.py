@@ -97,11 +97,9 @@ class RetinexEnhancer(Enhancer):
         R, I = self.decom(image)
         if self.reflectance == "exact":
             R = exact_reflectance(image, I)
-        fused = self.enhance.fused(R, I)
-        Ih = self.enhance.illumination(fused)
-        if self.enhance.detail is None:
-            return R, I, Ih, Ih * R
-        return R, I, Ih, Ih * R + self.enhance.detail(fused).float()
+        output = self.enhance(R, I)
+        Ih, residual = output[:, :1], output[:, 1:]
+        return R, I, Ih, Ih * R + residual if residual.shape[1] else Ih * R
 
     def _whole(self, image: Tensor) -> Tensor:
         return self.components(image).enhanced

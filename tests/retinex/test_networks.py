@@ -187,3 +187,32 @@ def test_evaluation_clips_where_the_activation_does_not():
 def test_unknown_switches_are_one_sentence(settings):
     with pytest.raises(UserError, match=f"^network.{next(iter(settings))} must be [^\n]+$"):
         RetinexEnhancer(**settings)
+
+
+def test_exact_reflectance_keeps_every_detail() -> None:
+    """R = S / (I + .001), clipped, with Decom-Net's own I; nothing else changes."""
+    torch.manual_seed(0)
+    plain, exact = RetinexEnhancer(width=4), RetinexEnhancer(width=4, reflectance="exact")
+    exact.load_state_dict(plain.state_dict())
+    image = 0.4 * torch.rand(1, 3, 16, 24)
+    parts, network = exact.components(image), plain.components(image)
+    for S, R in zip(image[0].flatten(1).tolist(), parts.R[0].flatten(1).tolist(), strict=True):
+        for s, r, i in zip(S, R, network.I.flatten().tolist(), strict=True):
+            assert r == pytest.approx(min(s / (i + 0.001), 1), abs=1e-6)
+    assert torch.equal(parts.I, network.I)
+    torch.testing.assert_close(parts.enhanced, parts.Ih * parts.R)
+    assert exact.settings == {**plain.settings, "reflectance": "exact"}
+
+
+def test_the_residual_begins_as_nothing_and_adds_detail_of_either_sign() -> None:
+    torch.manual_seed(0)
+    network = RetinexEnhancer(width=4, detail=True)
+    image = torch.rand(1, 3, 16, 24)
+    parts = network.components(image)
+    torch.testing.assert_close(parts.enhanced, parts.Ih * parts.R)
+    torch.nn.init.constant_(network.enhance.detail.bias, -0.25)
+    moved = network.components(image)
+    assert torch.equal(moved.Ih, parts.Ih)
+    torch.testing.assert_close(moved.enhanced, parts.Ih * parts.R - 0.25)
+    assert network.settings["detail"] is True
+    assert "detail" not in RetinexEnhancer(width=4).settings
