@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 import torch
 from kornia.color import rgb_to_grayscale
-from kornia.filters import gaussian_blur2d
 from torch import Tensor
 from torch.nn.functional import huber_loss
 
+from diffnav.blur import blur
 from diffnav.geometry.homography import apply_homography, corners_of
 
 # Of local variances on [0, 1]: about (2.5 / 255)^2, what JPEG makes of a flat place.
@@ -53,9 +53,7 @@ def structure_loss(
     both = torch.cat([a, b, a * a, b * b, a * b], 1)
     losses = []
     for sigma in sigmas:
-        reach = min(int(3 * sigma + 0.5), min(a.shape[2:]) - 1)
-        means = gaussian_blur2d(both, 2 * reach + 1, (sigma, sigma), border_type="reflect")
-        mean_a, mean_b, aa, bb, ab = means.unbind(1)
+        mean_a, mean_b, aa, bb, ab = blur(both, sigma).unbind(1)
         # The variance is a difference of rounded numbers: it may come out below 0.
         variance_a, variance_b = (aa - mean_a**2).clamp(min=0), (bb - mean_b**2).clamp(min=0)
         product = (variance_a + _FLAT_VARIANCE) * (variance_b + _FLAT_VARIANCE)

@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import torch
 from kornia.color import rgb_to_grayscale
-from kornia.filters import gaussian_blur2d
 from torch import Tensor
 from torch.nn.functional import max_pool2d
 
+from diffnav.blur import blur
 from diffnav.geometry.frames import upright_frames
 
 # Ratio of the two Gaussians of a difference: three levels to the octave, as SIFT has.
@@ -22,12 +22,6 @@ class Blobs(NamedTuple):
 
     frames: Tensor
     valid: Tensor
-
-
-def blur(image: Tensor, sigma: float) -> Tensor:
-    """The image (B, C, H, W) under a Gaussian of `sigma` pixels; its edges are mirrored."""
-    reach = min(int(3 * sigma + 0.5), min(image.shape[2:]) - 1)
-    return gaussian_blur2d(image, 2 * reach + 1, (sigma, sigma), border_type="reflect")
 
 
 def dog_responses(image: Tensor, sigmas: Sequence[float]) -> Tensor:

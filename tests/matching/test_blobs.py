@@ -7,7 +7,8 @@ import torch
 from torch import Tensor
 from torch.autograd import gradcheck
 
-from diffnav.matching.blobs import blur, dog_responses, strongest_blobs
+from diffnav.blur import blur
+from diffnav.matching.blobs import dog_responses, strongest_blobs
 
 SIGMAS = (1.6, 2.0, 2.5, 3.2)
 

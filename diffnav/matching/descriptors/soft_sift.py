@@ -6,8 +6,8 @@ from kornia.feature import SIFTDescriptor
 from torch import Tensor, nn
 from torch.nn.functional import affine_grid, grid_sample
 
+from diffnav.blur import blur
 from diffnav.errors import UserError
-from diffnav.matching.blobs import blur
 
 
 class SoftSift(nn.Module):
