@@ -37,9 +37,8 @@ class FinetuneStage(Stage):
     def forward(self, low: Tensor, normal: Tensor, H_view_normal: Tensor, exposure: Tensor) -> tuple[Losses, Figures]:
         """Args: low, normal (B, 3, H, W); H_view_normal (B, 3, 3), exposure (B,): see `ViewedPair`."""
         enhanced, losses, figures = self.base.outcome(low, normal)
-        w_p = self.loss.w_p
-        own = {n: w_p * value if n in _PAPER_TERMS else value for n, value in losses.items()}
-        own = {n: value for n, value in own.items() if w_p or n not in _PAPER_TERMS}
+        weights = {name: self.loss.w_p if name in _PAPER_TERMS else 1.0 for name in losses}
+        own = {name: weights[name] * value for name, value in losses.items() if weights[name]}
         aware, more = self._matcher_aware(enhanced, normal, H_view_normal, exposure)
         return own | aware, figures | more
 

@@ -6,11 +6,10 @@ import torch
 from torch import Tensor
 
 from diffnav.geometry.homography import rotate_180, rotation_180
-from diffnav.images import from_uint8, to_uint8
+from diffnav.images import from_uint8, quantise, to_uint8
 from diffnav.matching.ground_truth import correct_matches
 from diffnav.matching.matches import Features, Matcher, Matches
 
-# The daylight pictures' features are kept: they are the same at every validation.
 _RIGHT, _WRONG = (0, 200, 0), (220, 0, 0)
 _MOST_LINES = 60
 
@@ -21,6 +20,7 @@ class MatchCheck:
     def __init__(self, matcher: Matcher) -> None:
         self.matcher = matcher
         self.name = matcher.name
+        # Daylight is the same at every validation.
         self._references: dict[int, Features] = {}
 
     def __call__(self, index: int, enhanced: Tensor, normal: Tensor) -> tuple[int, Tensor]:
@@ -28,8 +28,7 @@ class MatchCheck:
 
         index: of the pair in its fixed set.
         """
-        enhanced, normal = from_uint8(to_uint8(enhanced.float().cpu())), normal.cpu()
-        query = rotate_180(enhanced)
+        query, normal = rotate_180(quantise(enhanced.float().cpu())), normal.cpu()
         if index not in self._references:
             self._references[index] = self.matcher.features(normal)
         matches = self.matcher.match(self.matcher.features(query), self._references[index])
