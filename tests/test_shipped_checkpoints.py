@@ -27,7 +27,7 @@ def pairs():
 
 def test_the_promised_checkpoints_ship():
     assert {"compact", "compact_joint", "lightennet", "zero_dce"} <= set(SHIPPED)
-    assert {"compact", "compact_joint"} <= set(OURS)
+    assert {"compact", "compact_joint", "matcher", "matcher_enhance_only"} <= set(OURS)
 
 
 @pytest.mark.parametrize("name", SHIPPED)
