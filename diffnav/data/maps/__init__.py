@@ -1,0 +1,1 @@
+"""Georeferenced maps: one file per way in which a map is described, all brought to `GeoMap`."""
