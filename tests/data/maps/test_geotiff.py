@@ -67,7 +67,8 @@ def test_local_metres_that_claim_to_be_degrees(tmp_path):
 
 def test_without_a_system(tmp_path):
     path = write(tmp_path / "a.tif", (17.3, 5, 100, 10, -8.6, 200))
-    with pytest.raises(UserError, match=r"a\.tif: states no coordinate system on the earth; name it, .*maps\.crs=local"):
+    sentence = r"a\.tif: states no coordinate system on the earth; name it, .*maps\.crs=local"
+    with pytest.raises(UserError, match=sentence):
         open_map(path)
     assert open_map(path, crs="EPSG:32618").size == (20, 40)
     (tmp_path / "a.prj").write_text(NAMELESS.to_wkt())
