@@ -38,7 +38,7 @@ test: $(STAMP)
 	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --nbmake -m "not slow" $(TESTS)
 
 test-all: $(STAMP)
-	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --nbmake $(TESTS)
+	OMP_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --nbmake --hypothesis-profile=default $(TESTS)
 
 demo: $(STAMP)
 	$(BIN)/python -m eval.demo $(if $(IMAGES),'data.root="$(IMAGES)"')

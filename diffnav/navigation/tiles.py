@@ -32,6 +32,6 @@ def tile_windows(map_size: Size, tile_size: Size, overlap: float = 0.0) -> list[
 def _starts(length: int, side: int, overlap: float) -> list[int]:
     """Where tiles of `side` begin along a length, the last of them ending at its end."""
     # Whole pixels: rounding must not leave less overlap than was asked for.
-    step = max(1, math.floor(side * (1 - overlap) + 1e-9))
+    step = max(1, math.floor(side * (1 - overlap) + 1e-6))
     count = math.ceil((length - side) / step) + 1
     return [round(k * (length - side) / (count - 1)) if count > 1 else 0 for k in range(count)]
