@@ -1,4 +1,4 @@
-"""Property tests draw the same examples at each run, so that a green suite stays green; `make test-all` draws new ones."""
+"""Property tests draw the same examples at each run, so that a green suite stays green; `make test-all` draws more."""
 
 from hypothesis import settings
 
