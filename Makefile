@@ -5,13 +5,14 @@ STAMP := .venv/.installed
 IMAGES ?=
 TESTS ?= tests notebooks
 
-.PHONY: help venv lint format test test-all demo board clean
+.PHONY: help venv lint format test test-all demo docs board clean
 
 help:
 	@echo "make demo      install, then train a little, evaluate, write runs/demo/report.html (IMAGES=/folder for your own)"
 	@echo "make test      install, then the tests that take under 20 minutes on two cores"
 	@echo "make test-all  the slow ones too"
 	@echo "make lint      ruff, mypy, import-linter      make format  ruff's formatter"
+	@echo "make docs      the API reference, as site/index.html"
 	@echo "make board     TensorBoard on runs/           make venv    only the environment"
 
 venv: $(STAMP)
@@ -43,8 +44,12 @@ test-all: $(STAMP)
 demo: $(STAMP)
 	$(BIN)/python -m eval.demo $(if $(IMAGES),'data.root="$(IMAGES)"')
 
+docs: $(STAMP)
+	NO_MKDOCS_2_WARNING=1 $(BIN)/mkdocs build --strict
+	@echo "site/index.html: open it in a browser"
+
 board: $(STAMP)
 	$(BIN)/tensorboard --logdir runs
 
 clean:
-	rm -rf .venv build dist *.egg-info .pytest_cache .ruff_cache .mypy_cache
+	rm -rf .venv build dist site *.egg-info .pytest_cache .ruff_cache .mypy_cache

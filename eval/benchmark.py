@@ -31,7 +31,8 @@ def main(cfg: DictConfig) -> None:
         recipes={name: instantiate(loss) for name, loss in cfg.recipes.items()},
         descriptors={name: instantiate(choice("descriptor", name)) for name in cfg.descriptors},
     )
-    result = run_benchmark(plain(cfg)["networks"], setup, sizes, device, compile_stage if cfg.compile else None)
+    compiler = compile_stage if cfg.compile else None
+    result = run_benchmark(plain(cfg)["networks"], setup, sizes, device, compiler, list(cfg.backends))
     page = benchmark_page(result)
     write_json(out / "benchmark.json", result)
     write_text(out / "benchmark.md", page)

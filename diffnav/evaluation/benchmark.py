@@ -1,7 +1,7 @@
 """How fast and how large: training steps, inference and one large picture, side by side in one run."""
 
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,7 +9,14 @@ import torch
 from tqdm import tqdm
 
 from diffnav.errors import UserError
-from diffnav.evaluation.inference_speed import InferenceCase, InferenceTimer, Size, large_image
+from diffnav.evaluation.inference_speed import (
+    InferenceCase,
+    Size,
+    backend_versions,
+    inference_rows,
+    inference_timers,
+    large_image,
+)
 from diffnav.evaluation.memory import in_own_process
 from diffnav.evaluation.provenance import device_name, versions
 from diffnav.evaluation.timing import PHASES, Seconds, Timer, interleave
@@ -47,32 +54,34 @@ def run_benchmark(
     sizes: Sizes,
     device: torch.device,
     compile_stage: Callable[[Stage, torch.device], None] | None = None,
+    backends: Sequence[str] = (),
 ) -> dict[str, Any]:
     """All figures as plain values: `environment`, `settings`, `training`, `inference`, `large_image`, `targets`.
 
     Args:
         networks: name -> settings; the first is what the others are compared with, and enhances the large picture.
         compile_stage: compiles a stage in place; given, a compiled training step is timed too.
+        backends: compile, onnxruntime: what enhances too; `left_out` has a sentence on each that cannot.
     """
     environment = _environment(device)
     main = next(iter(networks))
     training = _training_cases(networks, main, compile_stage is not None)
     training += [TrainingCase(main, networks[main], "joint", True, recipe=recipe) for recipe in setup.recipes]
-    inference = [InferenceCase(name, settings, bf16) for name, settings in networks.items() for bf16 in (False, True)]
+    inference, timers_of_inference, left_out = inference_timers(networks, backends, sizes.inference, device)
     steps = sizes.warmup + sizes.repeats
     timers: list[Timer] = [TrainingTimer(case, setup, device, steps, compile_stage) for case in training]
-    timers += [InferenceTimer(case, sizes.inference, device) for case in inference]
-    medians = interleave(timers, sizes.repeats, sizes.warmup)
+    medians = interleave([*timers, *timers_of_inference], sizes.repeats, sizes.warmup)
     memory = _memory(training, setup, device)
     large = in_own_process(large_image, inference[0], sizes.large, device, torch.get_num_threads())
     training_rows = _training_rows(training, medians, memory, setup.batch)
-    inference_rows = _inference_rows(inference, medians, sizes.inference)
-    large_row = _large_row(inference[0], inference_rows[0], sizes.large, large)
+    rows = inference_rows(inference, medians, sizes.inference)
+    large_row = _large_row(inference[0], rows[0], sizes.large, large)
     return {
-        "environment": environment,
+        "environment": {**environment, "versions": environment["versions"] | backend_versions(inference)},
         "settings": {"batch": setup.batch, "patch": setup.patch, "repeats": sizes.repeats, "warmup": sizes.warmup},
         "training": training_rows,
-        "inference": inference_rows,
+        "inference": rows,
+        "left_out": left_out,
         "large_image": large_row,
         "targets": _targets([row for row in training_rows if row["network"] == main], large_row),
     }
@@ -139,24 +148,6 @@ def _training_rows(
             }
         )
     return rows
-
-
-def _inference_rows(cases: list[InferenceCase], medians: Mapping[str, Seconds], size: Size) -> list[Row]:
-    megapixels = size[0] * size[1] / 1e6
-    totals = {case.name: sum(medians[case.name].values()) for case in cases}
-    return [
-        {
-            "name": case.name,
-            "network": case.network,
-            "precision": case.precision,
-            "size": list(size),
-            "seconds": totals[case.name],
-            "seconds_per_megapixel": totals[case.name] / megapixels,
-            "ratio": totals[case.name] / totals[cases[0].name],
-            "speedup_over_float32": totals[InferenceCase(case.network, case.settings).name] / totals[case.name],
-        }
-        for case in cases
-    ]
 
 
 def _large_row(case: InferenceCase, small: Row, size: Size, figures: Mapping[str, float]) -> Row:

@@ -35,8 +35,9 @@ def plan_photos(images: str | Path, out: str | Path, overwrite: bool = False) ->
 
     `out` may lie inside `images`: what is in it is no photograph to enhance.
 
-    Raises: UserError if there is no image, `out` is a file, a result would replace an original, or results exist
-        already and `overwrite` is not set; nothing has been written then.
+    Raises:
+        UserError: there is no image, `out` is a file, a result would replace an original, or results exist already and
+            `overwrite` is not set; nothing has been written then.
     """
     images, out = Path(images).expanduser(), Path(out).expanduser()
     if out.exists() and not out.is_dir():

@@ -30,8 +30,9 @@ def spread(
     that takes one item after the other. All compute on one thread, so that results do not depend on their number.
     Whoever stops iterating, by Ctrl-C too, ends the processes.
 
-    Raises: what `task` raises: UserError as it is, anything else as RuntimeError if it came from another process;
-        UserError if the system ended one.
+    Raises:
+        UserError: as `task` raises it, or because the system ended a process.
+        RuntimeError: for anything else that `task` raises in another process.
     """
     if min(workers, len(items)) <= 1:
         with one_thread():

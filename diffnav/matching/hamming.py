@@ -8,8 +8,10 @@ from torch import Tensor
 def two_nearest_hamming(descriptors_a: Tensor, descriptors_b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
     """(index of the nearest b, its distance in bits, the second nearest's), each (N,); infinite without a second.
 
-    Args: descriptors (N, D), (K, D) uint8, 8 bits each, K >= 1. Of equally near ones the first counts as the nearest,
-        the next as the second: with features sorted by strength, the stronger.
+    Of equally near ones the first counts as the nearest, the next as the second: with features sorted by strength, the
+    stronger.
+
+    Args: descriptors (N, D), (K, D) uint8, 8 bits each, K >= 1.
     """
     a, b = (descriptors.cpu().contiguous().numpy() for descriptors in (descriptors_a, descriptors_b))
     count = min(2, len(b))

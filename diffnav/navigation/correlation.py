@@ -94,8 +94,10 @@ def _fast_length(length: int) -> int:
 def highest_peak(scores: Tensor, apart_px: int, allowed: Tensor | None = None) -> Peak:
     """The highest point of a correlation map (H, W), between pixels by a parabola, and the highest peak further off.
 
-    Args: apart_px: the rival's distance at least, along x or y. allowed: (H, W) bool, where the point may lie, unlike
-        its rival: if it is but the slope of something higher beside, that is the rival, however near.
+    Args:
+        apart_px: the rival's distance at least, along x or y.
+        allowed: (H, W) bool, where the point may lie, unlike its rival: if it is but the slope of something higher
+            beside, that is the rival, however near.
     """
     possible = scores if allowed is None else torch.where(allowed, scores, -torch.inf)
     y, x = divmod(int(possible.argmax()), scores.shape[1])

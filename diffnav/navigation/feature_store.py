@@ -47,9 +47,10 @@ def stored_features(
 def write_features(home: Path, tiles: Iterable[TileArrays], numbers: bool = False) -> None:
     """Write features of tiles, in order, as the files that `load_features` reads.
 
-    Args: tiles: of each, keypoints (n, 2) float32 of the whole map, descriptors (n, D), scores (n,) float32. They are
-        written one by one: all together need not fit into memory. numbers: whether descriptors of uint8 are numbers,
-        not bits; float32 of whole numbers become such.
+    Args:
+        tiles: of each, keypoints (n, 2) float32 of the whole map, descriptors (n, D), scores (n,) float32. They are
+            written one by one: all together need not fit into memory.
+        numbers: whether descriptors of uint8 are numbers, not bits; float32 of whole numbers become such.
     """
     home.mkdir(parents=True, exist_ok=True)
     aside = {name: home / f"{name}.{os.getpid()}.part" for name in _ARRAYS}

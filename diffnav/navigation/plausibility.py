@@ -42,8 +42,9 @@ class Plausibility:
     def objections(self, H_query_ground: Tensor, size: tuple[int, int], inliers: Tensor) -> list[str]:
         """One sentence for each thing that is wrong with a view; none for a plausible one.
 
-        Args: H_query_ground (3, 3), pixels of a picture of `size` (h, w) to those of the ground. inliers: (M, 2) the
-            matched pixels of the picture that it explains.
+        Args:
+            H_query_ground: (3, 3), pixels of a picture of `size` (h, w) to those of the ground.
+            inliers: (M, 2) the matched pixels of the picture that it explains.
         """
         if len(inliers) < self.min_inliers:
             return [f"{len(inliers)} inliers, fewer than {self.min_inliers}"]

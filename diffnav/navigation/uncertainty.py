@@ -12,8 +12,9 @@ _LEAST = 1e-12
 def point_covariance(H_a_b: Tensor, points_a: Tensor, points_b: Tensor, place: Tensor) -> Tensor:
     """Covariance (2, 2) in px^2 of where `place` (2,) of image a lies in image b.
 
-    Args: H_a_b (3, 3), fitted to points_a, points_b (M, 2), M >= 5, whose errors are taken to be independent, equal
-        in x and y, and those of image b alone.
+    H_a_b (3, 3) was fitted to points_a, points_b (M, 2), M >= 5, whose errors are taken to be independent, equal in x
+    and y, and those of image b alone.
+
     Source: Hartley & Zisserman, 2nd ed., sections 5.1.3 and 5.2.3: sigma^2 (J^T J)^-1, carried on to the place.
     """
     to_a, to_b = _frame(points_a), _frame(points_b)

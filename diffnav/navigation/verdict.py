@@ -29,8 +29,10 @@ def judge(
 ) -> Fix:
     """The fix that a view is, or the reasons why it is none.
 
-    Args: rival: inliers of the best other place. geo_map: to whose pixels the fix's homography leads. facts: more
-        fields of the answer.
+    Args:
+        rival: inliers of the best other place.
+        geo_map: to whose pixels the fix's homography leads.
+        facts: more fields of the answer.
     """
     objections = rules.objections(view.H_query_ground, view.query_size, view.points_query)
     if objections:

@@ -129,6 +129,7 @@ def on_padded(network: Callable[[Tensor], tuple[Tensor, ...]], image: Tensor) ->
         raise ValueError(
             f"need an image of {SMALLEST_PX} x {SMALLEST_PX} or more, got {width} x {height}; enlarge it first"
         )
-    right, bottom = -width % 8, -height % 8
+    # In this form torch.export knows the padded sides as multiples of 8, and the network's skips as fitting.
+    right, bottom = (width + 7) // 8 * 8 - width, (height + 7) // 8 * 8 - height
     padded = pad(image, (0, right, 0, bottom), mode="reflect") if right or bottom else image
     return tuple(out[..., :height, :width] for out in network(padded))

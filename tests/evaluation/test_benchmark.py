@@ -14,6 +14,7 @@ from diffnav.errors import UserError
 from diffnav.evaluation import timing
 from diffnav.evaluation.benchmark import Sizes, run_benchmark
 from diffnav.evaluation.benchmark_page import benchmark_page
+from diffnav.evaluation.inference_speed import InferenceCase, inference_rows, inference_timers
 from diffnav.evaluation.memory import in_own_process, peak_memory_gb
 from diffnav.evaluation.timing import PHASES, PhaseClock, interleave
 from diffnav.evaluation.training_speed import TrainingCase, TrainingSetup, TrainingTimer, scenery_store
@@ -242,6 +243,49 @@ def test_a_compiled_step_joins_where_a_compiler_is_given(setup):
     assert "| compact joint float32 compiled |" in benchmark_page(result)
 
 
+def test_backends_join_and_one_that_fails_is_left_out(result, monkeypatch):
+    pytest.importorskip("onnxruntime", reason="the extra `export` is not installed")
+
+    def fail(self):
+        raise RuntimeError(f"no compiler for {type(self).__name__}\nand a long story")
+
+    monkeypatch.setattr(torch.nn.Module, "compile", fail)
+    networks = {"compact": {"width": 2}}
+    cases, timers, left_out = inference_timers(networks, ["compile", "onnxruntime"], (33, 20), CPU)
+    assert [case.name for case in cases] == ["compact float32", "compact bf16", "compact float32 onnxruntime"]
+    assert [timer.name for timer in timers] == [case.name for case in cases]
+    assert timers[-1].run()["forward"] > 0
+    assert left_out == ["compact float32 compile is left out: no compiler for RetinexEnhancer"]
+    page = benchmark_page({**result, "left_out": left_out})
+    assert "\n\ncompact float32 compile is left out: no compiler for RetinexEnhancer.\n\n" in page
+
+
+def test_a_compiled_enhancer_is_compiled_and_has_run_before_it_is_timed(monkeypatch):
+    compiled, runs = [], []
+
+    def forward(_, image):
+        runs.append(image.shape)
+        return image
+
+    monkeypatch.setattr(torch.nn.Module, "compile", lambda self: compiled.append(type(self).__name__))
+    monkeypatch.setattr("diffnav.retinex.enhancer.RetinexEnhancer.forward", forward)
+    cases, _, left_out = inference_timers({"compact": {"width": 2}}, ["compile"], (16, 24), CPU)
+    assert (compiled, runs, left_out) == (["RetinexEnhancer"], [(1, 3, 16, 24)], [])
+    assert cases[-1].name == "compact float32 compile"
+
+
+def test_a_backend_is_compared_with_torch_in_float32():
+    eager, other = InferenceCase("compact", {}), InferenceCase("compact", {}, backend="onnxruntime")
+    rows = inference_rows([eager, other], {eager.name: {"forward": 6.0}, other.name: {"forward": 2.0}}, (1000, 2000))
+    assert [row["backend"] for row in rows] == ["eager", "onnxruntime"]
+    assert (rows[1]["seconds_per_megapixel"], rows[1]["speedup_over_float32"]) == (1.0, 3.0)
+
+
+def test_an_unknown_backend_is_one_sentence():
+    with pytest.raises(UserError, match="backends can be compile and onnxruntime, got 'tpu'"):
+        inference_timers({"compact": {"width": 2}}, ["tpu"], (16, 16), CPU)
+
+
 @pytest.mark.parametrize("wrong", [{"repeats": 0}, {"warmup": -1}])
 def test_sizes_out_of_range_are_refused(wrong):
     with pytest.raises(UserError, match="repeats must be 1 or more"):
@@ -251,7 +295,7 @@ def test_sizes_out_of_range_are_refused(wrong):
 def test_the_command(tmp_path):
     start = time.time()
     small = "batch=1 patch=16 pictures=1 picture_size=[32,32] networks.compact.width=2 networks.paper.width=2"
-    sizes = "sizes.repeats=1 sizes.warmup=0 sizes.inference=[16,16] sizes.large=[32,48]"
+    sizes = "backends=[] sizes.repeats=1 sizes.warmup=0 sizes.inference=[16,16] sizes.large=[32,48]"
     done = subprocess.run(
         [sys.executable, "-m", "eval.benchmark", f"out={tmp_path}", "device=cpu", *small.split(), *sizes.split()],
         cwd=REPOSITORY,

@@ -41,8 +41,12 @@ def photo_set(
 ) -> QuerySet:
     """The photos below a folder, or one photo.
 
-    Args: darken: with a dark picture of each, `dark`: of which share it is delivered. on_map: whether the maps show
-        their places; where the truth of one that they should show lies on none of them, a problem says so.
+    Args:
+        darken: with a dark picture of each.
+        dark: the share of them of which the dark picture is delivered.
+        on_map: whether the maps show their places; where the truth of one that they should show lies on none of them,
+            a problem says so.
+
     Raises: UserError.
     """
     if path is None:

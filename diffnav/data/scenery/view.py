@@ -19,8 +19,11 @@ def window_homography(
     """H_image_world (3, 3) float64 of a straight-down window: pixels to metres east and north.
 
     Args:
-        centre_m: world position of the window's middle, east and north. ground_sample_distance_m: metres per
-        pixel, above 0. heading_deg: direction of the image's top, clockwise from north. size: (h, w) pixels.
+        centre_m: world position of the window's middle, east and north.
+        ground_sample_distance_m: metres per pixel, above 0.
+        heading_deg: direction of the image's top, clockwise from north.
+        size: (h, w) pixels.
+
     Raises: UserError for a size below 1 x 1 or a ground sample distance that is not above 0.
     """
     if not (math.isfinite(ground_sample_distance_m) and ground_sample_distance_m > 0):

@@ -76,8 +76,11 @@ def corners_georeference(
 ) -> CornerGeoreference:
     """The georeference of a picture of `size` (h, w) whose four outer corners are known.
 
-    Args: corners: latitude, longitude in degrees of top left, top right, bottom right, bottom left; they may lie on
-        both sides of the antimeridian. plane: in which pixels lie evenly, degrees for None.
+    Args:
+        corners: latitude, longitude in degrees of top left, top right, bottom right, bottom left; they may lie on
+            both sides of the antimeridian.
+        plane: in which pixels lie evenly, degrees for None.
+
     Raises: ImpossibleBoundsError, ValueError (`soundness`), in half a sentence without the map's name.
     """
     if len(corners) != 4 or any(len(corner) != 2 for corner in corners):

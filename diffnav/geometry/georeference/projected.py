@@ -66,8 +66,11 @@ def plane_of(
 ) -> Plane:
     """The plane that a coordinate reference system means: degrees for None, `local` metres around `origin`.
 
-    Args: crs: None, `local`, or what pyproj understands (`EPSG:4326` and `EPSG:3857` need no pyproj). near: x, y of a
-        place in the map. origin: latitude, longitude of x = y = 0 for `local`.
+    Args:
+        crs: None, `local`, or what pyproj understands (`EPSG:4326` and `EPSG:3857` need no pyproj).
+        near: x, y of a place in the map.
+        origin: latitude, longitude of x = y = 0 for `local`.
+
     Raises: UserError without a pyproj that is needed; ValueError if the system or the origin cannot be used.
     """
     name = "EPSG:4326" if crs is None else crs.strip().upper()

@@ -8,8 +8,10 @@ from torch.nn.functional import pad
 def definition(image: Tensor, literal_sum: bool = False) -> Tensor:
     """Df, the mean absolute Laplacian of the grey picture in 0..255: a scalar, or (B,) of a batch.
 
-    Args: image: (3, H, W) or (B, 3, H, W) in [0, 1]. literal_sum: the sum of Eq. 10 as it is printed, which grows with
-        the picture, instead of the mean.
+    Args:
+        image: (3, H, W) or (B, 3, H, W) in [0, 1].
+        literal_sum: the sum of Eq. 10 as it is printed, which grows with the picture, instead of the mean.
+
     Returns: 0 for a constant picture. Darkness lowers it, and so do flat scenes; noise raises it.
     Raises: ValueError for another shape.
     Source: Eq. 10; the 4-neighbour Laplacian is our choice.
