@@ -61,10 +61,9 @@ def nearest_neighbours(
     if len(descriptors_a) == 0 or len(descriptors_b) < needed:
         nothing = descriptors_a.new_zeros(0, dtype=torch.float32)
         return nothing.new_zeros((0, 2), dtype=torch.long), nothing
-    nearest, first, second = _two_nearest(descriptors_a, descriptors_b)
+    nearest, first, second, back = _both_ways(descriptors_a, descriptors_b)
     keep = first < ratio * second if ratio < 1 else torch.ones_like(first, dtype=torch.bool)
     if mutual:
-        back = _two_nearest(descriptors_b, descriptors_a)[0]
         keep &= back[nearest] == torch.arange(len(nearest), device=nearest.device)
     # Two candidates at distance 0 are as ambiguous as two at any other equal distance.
     confidence = torch.where(second > 0, 1 - first / second.clamp(min=torch.finfo(second.dtype).tiny), 0.0)
@@ -94,14 +93,23 @@ def count_positions_once(a: Features, b: Features, indices: Tensor, confidence: 
     return indices[kept], confidence[kept]
 
 
-def _two_nearest(descriptors_a: Tensor, descriptors_b: Tensor) -> tuple[Tensor, Tensor, Tensor]:
-    """(index of the nearest b, its distance, the second nearest's distance), each (N,); infinite without a second."""
+def _both_ways(descriptors_a: Tensor, descriptors_b: Tensor) -> tuple[Tensor, Tensor, Tensor, Tensor]:
+    """(index of the nearest b, its distance, the second nearest's), each (N,), and (K,) each b's nearest a.
+
+    Of equally near ones the first; the second distance is infinite where there is no second.
+    """
     if descriptors_a.dtype == torch.uint8:
-        return two_nearest_hamming(descriptors_a, descriptors_b)
+        return *two_nearest_hamming(descriptors_a, descriptors_b), two_nearest_hamming(descriptors_b, descriptors_a)[0]
     parts = []
-    for rows in descriptors_a.split(_ROWS):
-        distances, indices = torch.cdist(rows, descriptors_b).topk(min(2, len(descriptors_b)), largest=False)
-        second = distances[:, 1] if distances.shape[1] > 1 else torch.full_like(distances[:, 0], torch.inf)
-        parts.append((indices[:, 0], distances[:, 0], second))
+    best = descriptors_b.new_full((len(descriptors_b),), torch.inf)
+    back = torch.zeros_like(best, dtype=torch.long)
+    for start, rows in zip(range(0, len(descriptors_a), _ROWS), descriptors_a.split(_ROWS), strict=True):
+        distances = torch.cdist(rows, descriptors_b)
+        near, which = distances.min(0)
+        back = torch.where(near < best, which + start, back)
+        best = torch.minimum(near, best)
+        first, nearest = distances.min(1)
+        second = distances.scatter_(1, nearest[:, None], torch.inf).min(1).values
+        parts.append((nearest, first, second))
     nearest, first, second = (torch.cat(column) for column in zip(*parts, strict=True))
-    return nearest, first, second
+    return nearest, first, second, back

@@ -8,6 +8,7 @@ from hydra.utils import instantiate
 from conf.command import choice
 from diffnav.errors import UserError
 from diffnav.geometry.homography import rotate_180, rotation_180
+from diffnav.matching import nearest
 from diffnav.matching.ground_truth import correct_matches, match_errors_px
 from diffnav.matching.matches import Features, Matches
 from diffnav.matching.nearest import count_positions_once, nearest_neighbours
@@ -103,6 +104,17 @@ def test_nearest_neighbours_are_those_of_opencv(picture):
     found = dict(zip(map(tuple, indices.tolist()), confidence.tolist(), strict=True))
     assert found.keys() == expected.keys()
     assert found == pytest.approx(expected, abs=1e-4)
+
+
+def test_blocks_of_rows_change_nothing(monkeypatch):
+    """Every a in turn: the nearest a of each b must be found across blocks, the first of equals."""
+    monkeypatch.setattr(nearest, "_ROWS", 2)
+    a = torch.tensor([[0.0], [5.0], [9.0], [5.0], [1.0]])
+    b = torch.tensor([[5.2], [0.6], [8.0]])
+    # b0's nearest are a1 and a3, equally near; b1's is a4 (.4 against a0's .6); b2's is a2.
+    indices, confidence = nearest_neighbours(a, b, ratio=1, mutual=True)
+    assert indices.tolist() == [[1, 0], [2, 2], [4, 1]]
+    assert confidence.tolist() == pytest.approx([1 - 0.2 / 3.0, 1 - 1.0 / 3.8, 1 - 0.4 / 4.2], abs=1e-5)
 
 
 def test_ratio_test_and_mutual_check_by_hand():
