@@ -15,12 +15,18 @@ _SHIFT = 4
 
 
 def draw_matches(
-    image_a: Tensor, image_b: Tensor, matches: Matches, correct_mask: Tensor, max_lines: int = 100
+    image_a: Tensor,
+    image_b: Tensor,
+    matches: Matches,
+    correct_mask: Tensor,
+    max_lines: int = 100,
+    word: str = "correct",
 ) -> np.ndarray:
-    """The drawing, (max(H_a, H_b), W_a + 8 + W_b, 3) uint8 RGB, labelled with how many matches are correct.
+    """The drawing, (max(H_a, H_b), W_a + 8 + W_b, 3) uint8 RGB, labelled "n of m `word`".
 
     Args:
-        image_a, image_b: (3, H, W) in [0, 1]. correct_mask: (M,) bool, from `correct_matches`.
+        image_a, image_b: (3, H, W) in [0, 1]. correct_mask: (M,) bool, from `correct_matches`; where the truth is
+            unknown, those that agree on a model, and `word` says so.
         max_lines: of more matches, so many are drawn, spread evenly over their confidences, so that the share of
             red lines is about the share of wrong matches; the label counts all.
     """
@@ -32,7 +38,7 @@ def draw_matches(
     for index in _drawn(matches, correct_mask, max_lines):
         start, end = matches.points_a[index], matches.points_b[index] + torch.tensor([offset, 0])
         _draw_line(canvas, start.tolist(), end.tolist(), GREEN if correct_mask[index] else RED)
-    _write(canvas, f"{int(correct_mask.sum())} of {len(matches)} correct")
+    _write(canvas, f"{int(correct_mask.sum())} of {len(matches)} {word}")
     return canvas
 
 

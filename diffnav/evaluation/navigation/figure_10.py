@@ -91,7 +91,7 @@ def _draw(
     if record.failure is None:
         matcher = searcher.matcher.matcher
         matches = matcher.match(matcher.features(picture), searcher.tile_matcher.matcher.features(shown))
-        middle.imshow(draw_matches(picture, shown, matches, verify(matches).inliers))
+        middle.imshow(draw_matches(picture, shown, matches, verify(matches).inliers, word="agree"))
         middle.set_title("matches around the place: agreeing green, others red", fontsize=8)
     right.imshow(to_uint8(shown))
     _mark(right, record, query.truth, ground, side)

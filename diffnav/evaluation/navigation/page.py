@@ -5,6 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from diffnav.evaluation.cells import duration, protocol_section
+from diffnav.evaluation.navigation.headings import HEADING_M, heading_table
 from diffnav.evaluation.navigation.records import NavigationRecord
 from diffnav.evaluation.navigation.rows import FALSE_M, RECALL_M
 from diffnav.evaluation.tables import markdown_table
@@ -20,6 +21,8 @@ daylight picture, the upper bound; others: enhanced where the gate says so."""
 def navigation_page(rows: Sequence[Row], records: Sequence[NavigationRecord], protocol: Mapping[str, Any]) -> str:
     """The whole page; rows of `navigation_rows`."""
     parts = ["# Navigation: where the pictures were taken", navigation_table(rows), _NOTES]
+    if headings := heading_table(records):
+        parts += [f"## Found within {HEADING_M} m, by the query's heading", headings]
     if silent := _reasons(records):
         parts += ["## Why there was no fix", silent]
     return "\n\n".join([*parts, protocol_section(protocol)]) + "\n"

@@ -19,7 +19,7 @@ class NavigationRecord:
     whether a map shows the place. answer: the `Fix` as plain values. error_m: distance from the truth;
     heading_error_deg, scale_ratio: against what is known of the query; each None where there is no place or nothing is
     known. seconds: from the picture to the answer, reading left out. failure: of the method or matcher itself, which is
-    tried again when the evaluation goes on.
+    tried again when the evaluation goes on. query_heading_deg: the query's true heading, where it is known.
     """
 
     key: str
@@ -36,6 +36,7 @@ class NavigationRecord:
     scale_ratio: float | None
     seconds: float
     failure: str | None = None
+    query_heading_deg: float | None = None
 
     @property
     def is_fix(self) -> bool:
@@ -67,6 +68,7 @@ class NavigationRecord:
             **{name: self.answer[name] for name in shown},
             "reasons": "; ".join(self.answer["reasons"]) or self.failure or "",
             **{name: getattr(self, name) for name in ("error_m", "heading_error_deg", "scale_ratio", "seconds")},
+            "query_heading_deg": self.query_heading_deg,
             **{f"ms_{stage}": round(value, 1) for stage, value in self.answer["milliseconds"].items()},
         }
 
@@ -83,9 +85,9 @@ def record_of(
     if fix.ground_sample_distance_m is not None and query.ground_sample_distance_m is not None:
         scale_ratio = fix.ground_sample_distance_m / query.ground_sample_distance_m
     seconds = sum(value for stage, value in fix.milliseconds.items() if stage != "read") / 1000
-    has_truth = query.truth is not None
+    facts = (query.name, query.on_map, query.truth is not None, _plain(fix))
     figures = (error_m, heading_error_deg, scale_ratio, seconds)
-    return NavigationRecord(key, *labels, query.name, query.on_map, has_truth, _plain(fix), *figures, failure)
+    return NavigationRecord(key, *labels, *facts, *figures, failure, query.heading_deg)
 
 
 def _plain(fix: Fix) -> dict[str, Any]:
