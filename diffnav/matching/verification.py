@@ -60,7 +60,11 @@ def verify(
         return nothing
     points_a, points_b = (points.double().numpy() for points in (matches.points_a, matches.points_b))
     solve = cv2.findHomography if model == "homography" else cv2.findFundamentalMat
-    found, mask = solve(points_a, points_b, _usac(model, threshold_px, confidence, iterations, seed))
+    try:
+        found, mask = solve(points_a, points_b, _usac(model, threshold_px, confidence, iterations, seed))
+    except cv2.error:
+        # Its refinement of a fundamental matrix fails where all but two or so of the matches lie in one plane.
+        return nothing
     if found is None or mask is None:
         return nothing
     inliers = mask.ravel() > 0
