@@ -124,6 +124,15 @@ def choice(group: str, name: str, overrides: DictConfig | None = None) -> DictCo
     return OmegaConf.merge(cfg, overrides or {})  # type: ignore[return-value]
 
 
+def photos_of(cfg: DictConfig) -> DictConfig:
+    """What `data` says of its photos. Raises: UserError where it is a driving set, which has pairs of cameras."""
+    if "photos" not in cfg.data:
+        name = HydraConfig.get().runtime.choices.data
+        others = [one for one in choices("data") if "photos" in OmegaConf.load(CONF / "data" / f"{one}.yaml")]
+        raise UserError(f"data={name} is a driving set, which eval.driving takes; choose one of {', '.join(others)}")
+    return cfg.data.photos
+
+
 def _defaults(name: str) -> DictConfig:
     """conf/NAME.yaml with the groups that the command line chose, and nothing else of it."""
     given = HydraConfig.get().overrides.task

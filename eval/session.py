@@ -9,7 +9,7 @@ from hydra.core.hydra_config import HydraConfig
 from hydra.utils import instantiate
 from omegaconf import DictConfig, OmegaConf
 
-from conf.command import choice, plain, whole_number
+from conf.command import choice, photos_of, plain, whole_number
 from diffnav.data.photos import Photo
 from diffnav.data.splits import split_photos, thin_photos
 from diffnav.errors import UserError
@@ -66,7 +66,7 @@ def named_choice(group: str, entry: Any) -> tuple[str, DictConfig]:
 
 def make_photos(cfg: DictConfig) -> list[Photo]:
     """The photos of `data`, or of the `part` of its split, thinned to `limit`."""
-    photos: list[Photo] = instantiate(cfg.data.photos)
+    photos: list[Photo] = instantiate(photos_of(cfg))
     if cfg.part not in ("all", "training", "validation"):
         raise UserError(f"part must be all, training or validation, got {cfg.part!r}")
     if cfg.part != "all":

@@ -12,7 +12,7 @@ from hydra.utils import instantiate
 from omegaconf import DictConfig
 from torch.utils.data import Dataset
 
-from conf.command import choice, pick_device, picture_size, plain, whole_number
+from conf.command import choice, photos_of, pick_device, picture_size, plain, whole_number
 from diffnav.darkness import DarknessModel
 from diffnav.data.pairs import TrainingPairs, WholePairs
 from diffnav.data.photos import Photo
@@ -88,7 +88,7 @@ def open_run(cfg: DictConfig, stage: str, crew: Crew) -> Run:
 def make_data(cfg: DictConfig, progress: bool) -> tuple[TrainingPairs, Validation]:
     """Training patches and the fixed validation set; photos that cannot be used are named and left out."""
     darkness: DarknessModel = instantiate(cfg.darkness)
-    photos: list[Photo] = instantiate(cfg.data.photos)
+    photos: list[Photo] = instantiate(photos_of(cfg))
     training, validation = split_photos(photos, **cfg.data.split)
     validation = thin_photos(validation, whole_number("validation.photos", cfg.validation.photos, 1))
     patch = whole_number("data.patch", cfg.data.patch, 16)
