@@ -1,6 +1,7 @@
 """Per-image results on disk, written as they come: a stopped evaluation goes on where it stood."""
 
 import json
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, ClassVar, Generic, Protocol, TypeVar
@@ -56,16 +57,20 @@ R = TypeVar("R", bound=Record)
 class RecordLog(Generic[R]):
     """A file of records, one JSON object a line, that only grows; with `path` None they are kept in memory alone.
 
-    kind: the records' dataclass. `reused` counts those that `find` returned from an earlier call.
+    kind: the records' dataclass. beside: files of other processes' records, which are read as well. `reused` counts
+    those that `find` returned from an earlier call.
 
-    Raises: UserError if the file cannot be written.
+    Raises: UserError if the file cannot be written, or one holds other things.
     """
 
-    def __init__(self, path: Path | None, kind: type[R]) -> None:
+    def __init__(self, path: Path | None, kind: type[R], beside: Sequence[Path] = ()) -> None:
         self.path = path
         self.kind = kind
         self.reused = 0
         self._records: dict[str, R] = {}
+        self._failed: dict[str, R] = {}
+        for other in beside:
+            self._read(other)
         if path is not None:
             self._open(path)
 
@@ -80,6 +85,10 @@ class RecordLog(Generic[R]):
         self.reused += record is not None
         return record
 
+    def find_failure(self, key: str) -> R | None:
+        """The failure with this key from an earlier call, if there is one; `find` does not return it."""
+        return self._failed.get(key)
+
     def add(self, record: R) -> None:
         """Keep a record, on disk at once."""
         self._records[record.key] = record
@@ -90,17 +99,22 @@ class RecordLog(Generic[R]):
     def _open(self, path: Path) -> None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            lines = path.read_text().splitlines(keepends=True) if path.exists() else []
-            whole = [line for line in lines if line.endswith("\n")]
-            for line in whole:
-                record = self.kind(**json.loads(line))
-                # Failures are tried again: they may have come from a lack of memory.
-                if record.failure is None:
-                    self._records[record.key] = record
+            lines = self._read(path) if path.exists() else []
             # A process that was killed while writing leaves half a line, which the next one must not continue.
-            if len(whole) < len(lines):
-                path.write_text("".join(whole))
+            if lines and not lines[-1].endswith("\n"):
+                path.write_text("".join(lines[:-1]))
         except OSError as error:
             raise UserError(f"{path}: cannot be written ({error.strerror}); choose another out=") from None
+
+    def _read(self, path: Path) -> list[str]:
+        """Take a file's records; its lines. Raises: UserError if it holds other things; OSError."""
+        lines = path.read_text().splitlines(keepends=True)
+        try:
+            for line in lines:
+                if line.endswith("\n"):
+                    record = self.kind(**json.loads(line))
+                    # Failures are tried again: they may have come from a lack of memory.
+                    (self._records if record.failure is None else self._failed)[record.key] = record
         except (TypeError, ValueError):
             raise UserError(f"{path}: not the records of an evaluation; remove it or choose another out=") from None
+        return lines

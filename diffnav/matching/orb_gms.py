@@ -1,5 +1,7 @@
 """ORB with grid-based motion statistics, the paper's GMS: a match stays if its neighbours agree with it."""
 
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import cv2
@@ -51,34 +53,45 @@ class OrbGms:
 
         Raises: ValueError if a keypoint lies outside of its image.
         """
-        indices, bits = self._supported(a, b)
-        confidence = 1 - bits / _BITS
-        indices, confidence = count_positions_once(a, b, indices, confidence)
-        return matches_at(a, b, indices, confidence, self.name, self.settings)
-
-    def _supported(self, a: Features, b: Features) -> tuple[Tensor, Tensor]:
-        """Indices (M, 2) into a and b of the matches that GMS keeps, and their Hamming distances (M,)."""
-        size_a, size_b = (checked_size(features) for features in (a, b))
+        images = GmsImage.of(a), GmsImage.of(b)
         if len(a) == 0 or len(b) == 0:
-            return torch.zeros(0, 2, dtype=torch.long), torch.zeros(0)
+            return self.supported(*images, torch.zeros(len(a), dtype=torch.long), torch.zeros(len(a)))
         nearest, bits, _ = two_nearest_hamming(a.descriptors, b.descriptors)
-        pairs = [
-            cv2.DMatch(i, j, distance)
-            for i, (j, distance) in enumerate(zip(nearest.tolist(), bits.tolist(), strict=True))
-        ]
-        points_a, points_b = (cv2.KeyPoint.convert(features.keypoints.tolist()) for features in (a, b))
-        kept = from_contrib("matchGMS")(
-            size_a,
-            size_b,
-            points_a,
-            points_b,
-            pairs,
-            withRotation=self.settings["rotation"],
-            withScale=self.settings["scale"],
-            thresholdFactor=self.settings["threshold_factor"],
-        )
-        rows = torch.tensor([match.queryIdx for match in kept], dtype=torch.long)
-        return torch.stack([rows, nearest[rows]], 1), bits[rows]
+        return self.supported(*images, nearest, bits)
+
+    def supported(self, a: "GmsImage", b: "GmsImage", nearest: Tensor, bits: Tensor) -> Matches:
+        """Those that GMS keeps of the matches to each a's nearest b, (N,), at these Hamming distances, (N,)."""
+        indices, distances = torch.zeros(0, 2, dtype=torch.long), torch.zeros(0)
+        if len(a.points) > 0 and len(b.points) > 0:
+            kept = from_contrib("matchGMS")(
+                a.size,
+                b.size,
+                a.points,
+                b.points,
+                list(map(cv2.DMatch, range(len(a.points)), nearest.tolist(), bits.tolist())),
+                withRotation=self.settings["rotation"],
+                withScale=self.settings["scale"],
+                thresholdFactor=self.settings["threshold_factor"],
+            )
+            rows = torch.tensor([match.queryIdx for match in kept], dtype=torch.long)
+            indices, distances = torch.stack([rows, nearest[rows]], 1), bits[rows]
+        indices, confidence = count_positions_once(a.features, b.features, indices, 1 - distances / _BITS)
+        return matches_at(a.features, b.features, indices, confidence, self.name, self.settings)
+
+
+@dataclass(frozen=True)
+class GmsImage:
+    """An image's features as GMS wants them. size: (width, height). points: the keypoints, OpenCV's."""
+
+    features: Features
+    size: tuple[int, int]
+    points: Sequence[cv2.KeyPoint]
+
+    @classmethod
+    def of(cls, features: Features) -> "GmsImage":
+        """Raises: ValueError if a keypoint lies outside of its image."""
+        points = cv2.KeyPoint.convert(features.keypoints.tolist()) if len(features) else ()
+        return cls(features, checked_size(features), points)
 
 
 def checked_size(features: Features) -> tuple[int, int]:

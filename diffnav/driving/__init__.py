@@ -1,0 +1,1 @@
+"""Which reference picture of a street a query shows."""
