@@ -1,4 +1,4 @@
-"""From matches with each reference to the answer: most matches, as in the paper, or most inliers."""
+"""From matches with each reference to the answer: most matches, as in the paper, or most that geometry accepts."""
 
 from collections.abc import Mapping, Sequence
 
@@ -9,13 +9,13 @@ def most_matches(counts: Sequence[int]) -> int | None:
     return None if best is None or counts[best] <= 0 else best
 
 
-def most_inliers(counts: Sequence[int], inliers: Mapping[int, int]) -> int | None:
-    """Of the references whose matches were verified, the one with the most inliers, then the most matches.
+def most_accepted(counts: Sequence[int], accepted: Mapping[int, int]) -> int | None:
+    """Of the references whose matches were verified, the one with the most accepted, then the most of all.
 
-    inliers: reference -> matches that a model explains. None where none has an inlier.
+    accepted: reference -> matches that geometry accepts. None where none has any.
     """
-    best = max(inliers, key=lambda k: (inliers[k], counts[k], -k), default=None)
-    return None if best is None or inliers[best] <= 0 else best
+    best = max(accepted, key=lambda k: (accepted[k], counts[k], -k), default=None)
+    return None if best is None or accepted[best] <= 0 else best
 
 
 def candidates(counts: Sequence[int], count: int) -> list[int]:

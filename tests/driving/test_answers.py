@@ -5,7 +5,7 @@ from itertools import pairwise
 from hypothesis import given
 from hypothesis import strategies as st
 
-from diffnav.driving.answers import candidates, most_inliers, most_matches
+from diffnav.driving.answers import candidates, most_accepted, most_matches
 
 # -1: left out by a shortlist.
 counts_of = st.lists(st.integers(-1, 4), max_size=8)
@@ -22,16 +22,16 @@ def test_nothing_matched_is_no_answer() -> None:
     assert most_matches([-1, 0, -1]) is None
 
 
-def test_most_inliers_win_then_matches_then_the_first() -> None:
-    assert most_inliers([9, 8, 7], {0: 3, 1: 5, 2: 4}) == 1
-    assert most_inliers([8, 9, 9], {0: 5, 1: 5, 2: 5}) == 1
+def test_most_accepted_win_then_matches_then_the_first() -> None:
+    assert most_accepted([9, 8, 7], {0: 3, 1: 5, 2: 4}) == 1
+    assert most_accepted([8, 9, 9], {0: 5, 1: 5, 2: 5}) == 1
     # A reference that was not verified cannot win, however many matches it has.
-    assert most_inliers([99, 8, 7], {2: 1, 1: 0}) == 2
+    assert most_accepted([99, 8, 7], {2: 1, 1: 0}) == 2
 
 
 def test_no_inliers_are_no_answer() -> None:
-    assert most_inliers([9, 8], {}) is None
-    assert most_inliers([9, 8], {0: 0, 1: 0}) is None
+    assert most_accepted([9, 8], {}) is None
+    assert most_accepted([9, 8], {0: 0, 1: 0}) is None
 
 
 def test_candidates_by_hand() -> None:
@@ -55,4 +55,4 @@ def test_candidates_begin_with_the_winner(counts: list[int], count: int) -> None
 @given(counts_of)
 def test_equal_inliers_are_ranked_by_matches(counts: list[int]) -> None:
     verified = dict.fromkeys(candidates(counts, 5), 3)
-    assert most_inliers(counts, verified) == most_matches(counts)
+    assert most_accepted(counts, verified) == most_matches(counts)

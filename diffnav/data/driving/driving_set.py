@@ -60,6 +60,7 @@ class DrivingSet:
     queries, references: by record, then time. truth: index of each query's reference. consecutive: whether frames
     whose index differs by 1 follow each other in a drive, or are scenes of their own. unmatched: a sentence for each
     picture that was left out, or for each folder of them. notes: what the protocol of an experiment should say.
+    rectified: whether a point lies on the same row in both pictures of a pair.
     """
 
     name: str
@@ -69,6 +70,7 @@ class DrivingSet:
     consecutive: bool
     unmatched: list[str]
     notes: list[str]
+    rectified: bool = False
 
     def __len__(self) -> int:
         return len(self.queries)

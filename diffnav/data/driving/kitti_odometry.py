@@ -40,7 +40,7 @@ def kitti_odometry_drive(
             notes.append(f"{folder.name}: no positions")
         for side, camera in zip(sides, cameras_of(folder, cameras, TREE), strict=True):
             side += [_frame(root, path, folder.name, times, positions) for path in pictures_in(folder / camera)]
-    return pair_frames("kitti_odometry", *sides, consecutive=True, notes=notes)
+    return pair_frames("kitti_odometry", *sides, consecutive=True, notes=notes, rectified=True)
 
 
 def _frame(root: Path, path: Path, sequence: str, times: list[float], positions: list[Position]) -> Frame:

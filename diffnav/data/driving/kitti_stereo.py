@@ -36,7 +36,7 @@ def kitti_stereo_scenes(root: str | Path, part: str = "training", cameras: Seque
         later += len(paths) - len(scenes)
         sides.append([_frame(base, path, camera) for path in scenes])
     notes = [f"{later} pictures NNNNNN_11, a tenth of a second later, are passed over"] if later else []
-    return pair_frames("kitti_stereo", sides[0], sides[1], consecutive=False, notes=notes)
+    return pair_frames("kitti_stereo", sides[0], sides[1], consecutive=False, notes=notes, rectified=True)
 
 
 def _frame(base: Path, path: Path, camera: str) -> Frame:

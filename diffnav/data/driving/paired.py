@@ -15,6 +15,7 @@ def paired_drive(
     tolerance_s: float | None = None,
     time_unit_s: float = 1e-9,
     consecutive: bool = True,
+    rectified: bool = False,
 ) -> DrivingSet:
     """Left pictures as queries, right ones as references; a record is a sub-folder that both have.
 
@@ -23,6 +24,7 @@ def paired_drive(
             are each other's nearest and at most so many seconds apart.
         time_unit_s: seconds that a name's whole number counts, 1e-9 or 1e-6; a name with a point is in seconds.
         consecutive: whether neighbours by name follow each other in a drive.
+        rectified: whether a point lies on the same row in both pictures of a pair.
     Raises: UserError if a folder is missing, empty or both are one, a name is no time, or nothing pairs.
     """
     roots = [Path(root).expanduser() for root in (left, right)]
@@ -35,7 +37,7 @@ def paired_drive(
         [_frame(path, root, camera, time_unit_s if timed else None) for path in find_images(root)]
         for camera, root in zip(("left", "right"), roots, strict=True)
     ]
-    return pair_frames("paired", sides[0], sides[1], consecutive, tolerance_s)
+    return pair_frames("paired", sides[0], sides[1], consecutive, tolerance_s, rectified=rectified)
 
 
 def _frame(path: Path, root: Path, camera: str, time_unit_s: float | None) -> Frame:

@@ -23,11 +23,12 @@ def pair_frames(
     tolerance_s: float | None = None,
     unmatched: Sequence[str] = (),
     notes: Sequence[str] = (),
+    rectified: bool = False,
 ) -> DrivingSet:
     """The frames of each record paired with each other, sorted by record and time; the rest is listed, never zipped.
 
     Args:
-        name: of the set. consecutive, unmatched, notes: see `DrivingSet`; frames without a partner come on top.
+        name: of the set. consecutive, unmatched, notes, rectified: see `DrivingSet`; lonely frames come on top.
         tolerance_s: None pairs equal moments. A number pairs two frames that are each other's nearest in time and at
             most so many seconds apart.
     Raises: UserError if nothing pairs, a camera has one moment twice, or a time that is needed is unknown.
@@ -50,7 +51,7 @@ def pair_frames(
         examples = [f"{len(side)} pictures, e.g. {side[0].name}" if side else "none" for side in (queries, references)]
         raise UserError(f"{name}: no picture has a partner (queries: {examples[0]}; references: {examples[1]})")
     ours, theirs = (list(side) for side in zip(*paired, strict=True))
-    return DrivingSet(name, ours, theirs, list(range(len(ours))), consecutive, lonely, list(notes))
+    return DrivingSet(name, ours, theirs, list(range(len(ours))), consecutive, lonely, list(notes), rectified)
 
 
 def natural(text: str) -> list[tuple[int, str]]:

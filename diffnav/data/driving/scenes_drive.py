@@ -56,7 +56,7 @@ def scenes_drive(
                     world=f"street_{seed}",
                 )
             )
-    return pair_frames("scenes_drive", *sides, consecutive=True)
+    return pair_frames("scenes_drive", *sides, consecutive=True, rectified=True)
 
 
 def drive_position(driven_m: float) -> tuple[float, float, float]:

@@ -16,6 +16,7 @@ from diffnav.data.driving.driving_set import DrivingSet
 from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import WholePair
 from diffnav.driving.answers import candidates
+from diffnav.driving.rectified import matches_on_a_row
 from diffnav.driving.shortlist import most_alike, picture_descriptor
 from diffnav.errors import UserError
 from diffnav.evaluation.contest import NamedMatcher
@@ -159,15 +160,15 @@ class DriveTest:
                 counts[reference] = len(own)
             times.append(time.perf_counter())
             place = {reference: k for k, reference in enumerate(asked)}
-            inliers = [
-                [k, int(self.verify(matches[place[k]]).inliers.sum())] for k in candidates(counts, self.verified)
-            ]
+            verified = {k: matches[place[k]] for k in candidates(counts, self.verified)}
+            inliers = [[k, int(self.verify(own).inliers.sum())] for k, own in verified.items()]
+            rows = [[k, matches_on_a_row(own)] for k, own in verified.items()] if self.drive.rectified else []
             times.append(time.perf_counter())
         except _FAILURES as error:
             return {"failure": f"{named.name}: {' '.join(str(error).split()) or type(error).__name__}"}
         stages = ("seconds_features", "seconds_match", "seconds_verify")
         taken = {stage: b - a for stage, a, b in zip(stages, times[:-1], times[1:], strict=True)}
-        return {"counts": counts, "inliers": inliers, **taken}
+        return {"counts": counts, "inliers": inliers, "rows": rows, **taken}
 
     def _matched(
         self, image: Tensor, features: Any, others: OneToMany, named: NamedMatcher

@@ -20,9 +20,9 @@ _NEAR = 3
 _NOTES = """`Acc`: share of the queries answered with their partner, with its 95 % bootstrap interval; `+-1`: with it or
 a neighbour; `2 m` and so on: within that distance of it. `MP`: mean matches with the answer, `with partner`: with the
 right one. `gap closed`: (Acc - Acc of `input`) / (Acc of `normal` - Acc of `input`). `input`: the dark picture;
-`normal`: the daylight one. Ranked by `matches`, as the paper does, or by `inliers` of a fundamental matrix among the
-references with the most matches. Seconds are medians of one thread, from the dark picture to the answer, without
-verification."""
+`normal`: the daylight one. Ranked by `matches`, as the paper does; or, among the references with the most matches, by
+`inliers` of a fundamental matrix, or by matches that keep their `rows`, as partners of rectified cameras must. Seconds
+are medians of one thread, from the dark picture to the answer, without verification."""
 
 
 def driving_page(

@@ -2,10 +2,11 @@
 
 from dataclasses import dataclass, field
 
-from diffnav.driving.answers import most_inliers, most_matches
+from diffnav.driving.answers import most_accepted, most_matches
 
-# How references are ranked: the paper's most matches, or most inliers of a fundamental matrix.
-RANKINGS = ("matches", "inliers")
+# How references are ranked: by the paper's most matches, by inliers of a fundamental matrix, or, for rectified cameras,
+# by matches that keep their row.
+RANKINGS = ("matches", "inliers", "rows")
 
 
 @dataclass(frozen=True)
@@ -13,7 +14,7 @@ class DrivingRecord:
     """One query, as one method shows it, with one matcher.
 
     key: of everything that decides the rest. truth: number of the partner among the references. counts: matches with
-    each reference, -1 for one that the shortlist left out. inliers: [reference, inliers] of those verified.
+    each reference, -1 for one that the shortlist left out. inliers, rows: [reference, count] of those verified.
     seconds_enhance, _features, _match, _verify: what each stage took, None where it failed. gamma: of the darkening.
     failure: why there is no picture or no answer.
     """
@@ -26,6 +27,7 @@ class DrivingRecord:
     truth: int
     counts: list[int] = field(default_factory=list)
     inliers: list[list[int]] = field(default_factory=list)
+    rows: list[list[int]] = field(default_factory=list)
     gamma: float | None = None
     seconds_enhance: float | None = None
     seconds_features: float | None = None
@@ -35,9 +37,13 @@ class DrivingRecord:
 
     def answer(self, ranking: str) -> int | None:
         """The number of the reference that wins by `RANKINGS`; None where nothing matched."""
-        if ranking == "inliers":
-            return most_inliers(self.counts, {one[0]: one[1] for one in self.inliers})
-        return most_matches(self.counts)
+        if ranking == "matches":
+            return most_matches(self.counts)
+        return most_accepted(self.counts, {one[0]: one[1] for one in self.accepted(ranking)})
+
+    def accepted(self, ranking: str) -> list[list[int]]:
+        """[reference, matches that geometry accepts] of those verified, for a ranking by geometry."""
+        return {"inliers": self.inliers, "rows": self.rows}[ranking]
 
     @property
     def seconds(self) -> float | None:

@@ -20,7 +20,7 @@ _DRAWS = 10_000
 def driving_rows(records: Sequence[DrivingRecord], drive: DrivingSet, seed: int = 0) -> list[dict[str, Any]]:
     """One plain row per method, matcher and ranking, in the order of their first records.
 
-    ranking: matches, the paper's, or inliers. queries, references: how many. accuracy: share of the queries answered
+    ranking: of `RANKINGS`. queries, references: how many. accuracy: share of the queries answered
     with their partner, with accuracy_ci, the 95 % bootstrap interval; accuracy_pm1: with it or a neighbour, of
     consecutive drives; accuracy_2m, 5m, 10m: within that distance, where positions are known. mp: mean matches with
     the answer (PAPER 7); mp_partner: with the partner. gap_closed: (accuracy - low) / (normal - low) among the same
@@ -30,7 +30,9 @@ def driving_rows(records: Sequence[DrivingRecord], drive: DrivingSet, seed: int 
     groups: dict[tuple[str, str], list[DrivingRecord]] = {}
     for record in records:
         groups.setdefault((record.method, record.matcher), []).append(record)
-    rankings = [ranking for ranking in RANKINGS if ranking == "matches" or any(record.inliers for record in records)]
+    rankings = [
+        ranking for ranking in RANKINGS if ranking == "matches" or any(record.accepted(ranking) for record in records)
+    ]
     return [_row(own, groups, ranking, drive, seed) for ranking in rankings for own in groups.values()]
 
 

@@ -74,6 +74,7 @@ def test_records_are_those_of_a_naive_loop_over_pairs(task: DriveTest) -> None:
             assert record.inliers == [
                 [k, int(verified(matches[k]).inliers.sum())] for k in ranked if record.counts[k] > 0
             ]
+            assert record.rows == []
             assert (record.name, record.record, record.truth) == (query.name, "road", number)
             assert (record.gamma, record.failure) == (gamma, None)
             assert min(record.seconds_enhance, record.seconds_features, record.seconds_match) >= 0
@@ -107,6 +108,19 @@ def test_a_shortlist_matches_the_most_alike_and_marks_the_others(task: DriveTest
             assert all(dict(full.inliers).get(k, count) == count for k, count in record.inliers)
     # One longer than the drive is none at all.
     assert [told(one) for one in answers(replace(task, shortlist=9), 1)] == [told(one) for one in answers(task, 1)]
+
+
+def test_rectified_cameras_count_the_matches_that_keep_their_row(task: DriveTest) -> None:
+    rectified = replace(task, drive=replace(task.drive, rectified=True))
+    query = rectified.drive.queries[1]
+    for record, named in zip(answers(rectified, 1)[4:], task.matchers, strict=True):
+        matches = naive_matches(query.read(), task.drive, named)
+        kept = [
+            sum(abs(a - b) <= 1.5 for a, b in zip(m.points_a[:, 1], m.points_b[:, 1], strict=True)) for m in matches
+        ]
+        assert record.method == "normal"
+        assert record.rows == [[k, kept[k]] for k, _ in record.inliers]
+        assert record.answer("rows") == 1
 
 
 def test_verification_is_left_out_where_it_is_not_asked_for(task: DriveTest) -> None:

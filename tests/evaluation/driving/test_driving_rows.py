@@ -165,6 +165,13 @@ def test_both_rankings_where_matches_were_verified() -> None:
     assert offsets(records, hand_drive(), "inliers") == [1, 0, None]
 
 
+def test_a_third_ranking_where_rows_are_kept() -> None:
+    records = [answer(0, 0, "net", rows=[[0, 3], [1, 8]]), answer(1, 3, "net", rows=[[3, 2], [1, 9]])]
+    rows = driving_rows(records, hand_drive())
+    assert [(row["ranking"], row["accuracy"]) for row in rows] == [("matches", 0.5), ("rows", 0.5)]
+    assert [record.answer("rows") for record in records] == [1, 1]
+
+
 def test_matchers_have_rows_of_their_own() -> None:
     records = right("net", 0) + [replace(record, matcher="sift") for record in right("net", 0, 1)]
     rows = driving_rows(records, hand_drive())
