@@ -98,6 +98,11 @@ def _draw(panel: Axes, rows: Sequence[Row]) -> None:
         panel.annotate(row["method"], (row["psnr"], row["correct"]), (4, 3), textcoords="offset points", fontsize=7)
     front = sorted((row["psnr"], row["correct"]) for row in rows if row["front"])
     panel.plot([p for p, _ in front], [c for _, c in front], "-", color="#d62728", linewidth=0.8, alpha=0.6)
+    # Around the points: bars, over pictures, are far wider than what paired methods differ by.
+    for limit, key in ((panel.set_xlim, "psnr"), (panel.set_ylim, "correct")):
+        low, high = min(row[key] for row in rows), max(row[key] for row in rows)
+        margin = 0.15 * (high - low) or 1.0
+        limit(low - margin, high + margin)
     panel.set_xlabel("PSNR, dB")
     panel.set_ylabel("correct matches, mean")
     panel.grid(alpha=0.25)
