@@ -9,7 +9,9 @@ from matplotlib.figure import Figure
 from diffnav.evaluation.driving.records import DrivingRecord
 from diffnav.evaluation.figures import save_figure
 
-_PANEL_INCHES = 3.4
+_PANEL_INCHES = 3.0
+# Of one matcher's methods, before the next line.
+_COLUMNS = 6
 
 
 def similarity_matrix(records: Sequence[DrivingRecord]) -> np.ndarray:
@@ -34,20 +36,25 @@ def write_similarity_picture(path: Path, records: Sequence[DrivingRecord]) -> No
             panels.setdefault(record.matcher, {}).setdefault(record.method, []).append(record)
     if not panels:
         return
-    columns = max(map(len, panels.values()))
-    figure = Figure((_PANEL_INCHES * columns + 0.8, _PANEL_INCHES * len(panels) + 0.2), layout="constrained")
-    axes = figure.subplots(len(panels), columns, squeeze=False)
-    for line, (matcher, methods) in zip(axes, panels.items(), strict=True):
-        matrices = {method: similarity_matrix(own) for method, own in methods.items()}
-        brightest = max(np.nanmax(matrix, initial=1.0) for matrix in matrices.values())
-        for axis, (method, matrix) in zip(line, matrices.items(), strict=False):
-            drawn = axis.imshow(matrix, cmap="magma", vmin=0, vmax=brightest, interpolation="nearest", aspect="auto")
-            axis.set_title(f"{method}, {matcher}", fontsize=9)
-            axis.tick_params(labelsize=7)
-        figure.colorbar(drawn, ax=list(line), fraction=0.02, pad=0.01).ax.tick_params(labelsize=7)
-        line[0].set_ylabel("query", fontsize=8)
-        for axis in line[len(matrices) :]:
+    listed = [list(own.items()) for own in panels.values()]
+    lines = [own[start : start + _COLUMNS] for own in listed for start in range(0, len(own), _COLUMNS)]
+    columns = max(map(len, lines))
+    figure = Figure((_PANEL_INCHES * columns + 0.8, _PANEL_INCHES * len(lines) + 0.2), layout="constrained")
+    brightest = {matcher: max(map(_brightest, own.values())) for matcher, own in panels.items()}
+    for axes, line in zip(figure.subplots(len(lines), columns, squeeze=False), lines, strict=True):
+        for axis in axes[len(line) :]:
             axis.set_visible(False)
-    for axis in axes[-1]:
-        axis.set_xlabel("reference", fontsize=8)
+        for axis, (method, own) in zip(axes, line, strict=False):
+            matcher = own[0].matcher
+            scale = {"cmap": "magma", "vmin": 0, "vmax": brightest[matcher]}
+            drawn = axis.imshow(similarity_matrix(own), interpolation="nearest", aspect="auto", **scale)
+            axis.set_title(f"{method}, {matcher}", fontsize=9)
+            axis.set_xlabel("reference", fontsize=8)
+            axis.tick_params(labelsize=7)
+        figure.colorbar(drawn, ax=list(axes), fraction=0.02, pad=0.01).ax.tick_params(labelsize=7)
+        axes[0].set_ylabel("query", fontsize=8)
     save_figure(figure, path)
+
+
+def _brightest(records: Sequence[DrivingRecord]) -> float:
+    return float(np.nanmax(similarity_matrix(records), initial=1.0))
