@@ -24,6 +24,7 @@ FOLDERS = {
     "data": "Folders, splits, pairs with exact homographies, maps, queries, and the embedded world.",
     "training": "One loop, exact run state, stages.",
     "navigation": "Gate, reference map, shortlist, localiser, track, exports.",
+    "driving": "Which reference picture of a street a query shows: answers, rows, the shortlist.",
     "evaluation": "Scores, bootstrap, records, tables, figures.",
 }
 _LINK = re.compile(r"(!?)\[((?:[^\]\[]|\n)*)\]\(([^)#:]+)\)")

@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -26,7 +27,9 @@ def test_ctrl_c_keeps_what_is_done(tmp_path: Path) -> None:
     ]
     command = [sys.executable, "-m", "eval.matching", *given, "data.photos.size=[200,300]", "device=cpu", "workers=2"]
     where = {"cwd": ROOT, "env": {**os.environ, "OMP_NUM_THREADS": "1"}, "text": True}
-    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, **where)
+    # A shell that runs the tests in the background ignores the signal, and so would what it starts.
+    heed = partial(signal.signal, signal.SIGINT, signal.SIG_DFL)
+    running = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=heed, **where)
     started = time.monotonic()
     while not (out / "records.jsonl").exists() or len((out / "records.jsonl").read_text().splitlines()) < 6:
         assert running.poll() is None, running.communicate()
