@@ -92,6 +92,8 @@ def navigation_protocol(
 ) -> dict[str, Any]:
     """What decides the numbers of a result, as plain values; paths below the shared data folder are cut to it."""
     facts = _cut(plain(cfg), str(Path(cfg.paths.shared)))
+    # Where pictures are kept decides nothing.
+    facts["maps"].pop("cache", None)
     choices = HydraConfig.get().runtime.choices
     kept = ("maps", "query_set", "darkness", "conditions", "gate", "matchers", "modes", "index", "features", "tiles",
             "search", "correlation", "plausibility", "prior", "motion", "limit", "seed")  # fmt: skip
