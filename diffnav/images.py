@@ -164,3 +164,11 @@ def resize(image: Tensor, size: tuple[int, int]) -> Tensor:
         if pixels.shape[:2] != (height, width):
             pixels = cv2.resize(pixels, (width, height), interpolation=method)
     return torch.from_numpy(pixels).permute(2, 0, 1).clamp(0, 1).contiguous()
+
+
+def shrink(image: Tensor, longest_side: int) -> Tensor:
+    """(3, H, W) with its longest side at most so many pixels; a smaller image comes back as it is."""
+    share = longest_side / max(image.shape[1:])
+    if share >= 1:
+        return image
+    return resize(image, (max(1, round(image.shape[1] * share)), max(1, round(image.shape[2] * share))))

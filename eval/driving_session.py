@@ -23,7 +23,7 @@ from diffnav.evaluation.provenance import device_name, git_commit, versions
 from diffnav.evaluation.records import RecordLog
 from diffnav.matching.matches import Matches
 from eval.contest_session import make_matchers
-from eval.session import data_choice, plain_list
+from eval.session import below_shared, data_choice, plain_list
 
 
 def make_drive(cfg: DictConfig) -> DrivingSet:
@@ -105,13 +105,9 @@ def remarks(drive: DrivingSet, references: list[Reference]) -> list[str]:
 
 def driving_protocol(cfg: DictConfig, device: torch.device, test: DriveTest, workers: int) -> dict[str, Any]:
     """What decides the numbers of a result, as plain values; paths below the shared data folder are cut to it."""
-    settings = plain(cfg)
-    shared = f"{Path(cfg.paths.shared)}/"
-    data = {
-        k: v[len(shared) :] if isinstance(v, str) and v.startswith(shared) else v for k, v in settings["data"].items()
-    }
+    settings = below_shared(plain(cfg), cfg)
     return {
-        "data": {"kind": data_choice(), **data},
+        "data": {"kind": data_choice(), **settings["data"]},
         "pairs_by_record": test.drive.counts,
         "remarks": remarks(test.drive, list(test.references)),
         **{

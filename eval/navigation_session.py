@@ -24,7 +24,7 @@ from diffnav.evaluation.predictions import PredictionCache
 from diffnav.evaluation.provenance import device_name, git_commit, versions
 from diffnav.navigation.gates.gate import Gate
 from diffnav.navigation.track import Motion
-from eval.session import named_choice, plain_list
+from eval.session import below_shared, named_choice, plain_list
 
 
 def make_maps(cfg: DictConfig) -> list[GeoMap]:
@@ -91,7 +91,7 @@ def navigation_protocol(
     cfg: DictConfig, device: torch.device, trial: Trial, queries: QuerySet, workers: int
 ) -> dict[str, Any]:
     """What decides the numbers of a result, as plain values; paths below the shared data folder are cut to it."""
-    facts = _cut(plain(cfg), str(Path(cfg.paths.shared)))
+    facts = below_shared(plain(cfg), cfg)
     # Where pictures are kept decides nothing.
     facts["maps"].pop("cache", None)
     choices = HydraConfig.get().runtime.choices
@@ -140,14 +140,3 @@ def _matchers(cfg: DictConfig, features: int | None) -> list[NamedMatcher]:
                 part.features = whole_number("features", features, 1)
         found[label] = NamedMatcher(label, instantiate(own))
     return list(found.values())
-
-
-def _cut(value: Any, root: str) -> Any:
-    """Plain values with paths below `root` made relative to it."""
-    if isinstance(value, dict):
-        return {key: _cut(one, root) for key, one in value.items()}
-    if isinstance(value, list):
-        return [_cut(one, root) for one in value]
-    if isinstance(value, str) and value.startswith(root + "/"):
-        return value[len(root) + 1 :]
-    return value

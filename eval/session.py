@@ -104,6 +104,16 @@ def protocol(
     }
 
 
+def below_shared(value: Any, cfg: DictConfig) -> Any:
+    """Plain values with paths below the shared data folder made relative to it."""
+    root = str(Path(cfg.paths.shared))
+    if isinstance(value, dict):
+        return {key: below_shared(one, cfg) for key, one in value.items()}
+    if isinstance(value, list):
+        return [below_shared(one, cfg) for one in value]
+    return value[len(root) + 1 :] if isinstance(value, str) and value.startswith(root + "/") else value
+
+
 def data_choice() -> str:
     """The name of the chosen `data` group."""
     return HydraConfig.get().runtime.choices.data

@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 from localizing import PLAIN, SIFT
-from made_maps import noise, picture_map
+from made_maps import picture_map
+from made_noise import noise
 
 from diffnav.data.maps.geo_map import GeoMap
 from diffnav.data.maps.world import world_maps

@@ -4,9 +4,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import torch
 from torch import Tensor
-from torch.nn.functional import avg_pool2d
 
 from diffnav.data.maps.geo_map import GeoMap, Window
 from diffnav.geometry.georeference import AffineGeoreference, LocalMetres
@@ -22,17 +20,6 @@ def metres_from(origin: Place, place: Sequence[float]) -> Place:
     middle = math.radians((origin[0] + place[0]) / 2)
     turn = (place[1] - origin[1] + 180) % 360 - 180
     return turn * DEGREE_M * math.cos(middle), (place[0] - origin[0]) * DEGREE_M
-
-
-def noise(size: tuple[int, int], seed: int) -> Tensor:
-    """Noise at four scales, (3, h, w) in [0, 1]: structure for a detector everywhere."""
-    dice = torch.Generator().manual_seed(seed)
-    layers = [
-        avg_pool2d(torch.rand(3, size[0] + 2 * r, size[1] + 2 * r, generator=dice), 2 * r + 1, stride=1) * (2 * r + 1)
-        for r in (1, 2, 4, 8)
-    ]
-    image = torch.stack(layers).sum(0)
-    return (image - image.min()) / (image.max() - image.min())
 
 
 def picture_map(

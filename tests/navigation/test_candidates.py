@@ -7,7 +7,8 @@ from typing import Any
 
 import pytest
 import torch
-from made_maps import DEGREE_M, ORIGIN, metres_from, noise, picture_map, placed_features
+from made_maps import DEGREE_M, ORIGIN, metres_from, picture_map, placed_features
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.geometry.homography import apply_homography

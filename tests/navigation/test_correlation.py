@@ -4,7 +4,7 @@ import math
 
 import pytest
 import torch
-from made_maps import noise
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.navigation.correlation import Searched, direction_field, highest_peak

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from made_maps import ORIGIN, metres_from, noise, picture_map
+from made_maps import ORIGIN, metres_from, picture_map
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.data.maps.geo_map import GeoMap

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
-from made_maps import noise, picture_map
+from made_maps import picture_map
+from made_noise import noise
 from storing import WINDOWS, Counting, same
 from torch import Tensor
 

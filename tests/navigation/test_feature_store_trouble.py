@@ -3,7 +3,8 @@
 from pathlib import Path
 
 import pytest
-from made_maps import noise, picture_map
+from made_maps import picture_map
+from made_noise import noise
 from storing import WINDOWS, Counting, StoppedError, same, stop_at
 from torch import Tensor
 

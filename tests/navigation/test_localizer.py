@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 import torch
 from localizing import PLAIN, SIFT, Counting, check_found, error_m, shown
-from made_maps import ORIGIN, metres_from, noise, picture_map
+from made_maps import ORIGIN, metres_from, picture_map
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.data.maps.geo_map import GeoMap

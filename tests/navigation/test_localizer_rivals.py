@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 import torch
 from localizing import PLAIN, SIFT, shown
-from made_maps import DEGREE_M, ORIGIN, noise, picture_map, placed_features
+from made_maps import DEGREE_M, ORIGIN, picture_map, placed_features
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.matching.matches import Features, Matches

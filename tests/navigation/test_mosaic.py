@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 import torch
-from made_maps import DEGREE_M, ORIGIN, noise, picture_map
+from made_maps import DEGREE_M, ORIGIN, picture_map
+from made_noise import noise
 
 from diffnav.data.maps.geo_map import GeoMap, Window
 from diffnav.geometry.georeference import AffineGeoreference, LocalMetres

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from made_maps import noise
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.data.queries.query import Query

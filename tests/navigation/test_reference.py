@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import torch
-from made_maps import DEGREE_M, ORIGIN, metres_from, noise, placed_features
+from made_maps import DEGREE_M, ORIGIN, metres_from, placed_features
+from made_noise import noise
 
 from diffnav.data.maps.geo_map import GeoMap
 from diffnav.errors import UserError

@@ -11,7 +11,7 @@ from torch import Tensor
 
 from diffnav.data.photos import Photo
 from diffnav.errors import UserError
-from diffnav.images import read_image, resize
+from diffnav.images import read_image, shrink
 
 Position = tuple[float, float, float]
 
@@ -43,10 +43,7 @@ class Frame:
         Raises: ImageError.
         """
         picture = read_image(self.picture) if isinstance(self.picture, Path) else self.picture()
-        share = 1.0 if longest_side is None else longest_side / max(picture.shape[1:])
-        if share >= 1:
-            return picture
-        return resize(picture, (max(1, round(picture.shape[1] * share)), max(1, round(picture.shape[2] * share))))
+        return picture if longest_side is None else shrink(picture, longest_side)
 
     def photo(self, longest_side: int | None = None) -> Photo:
         """The picture as a daylight photo, for whoever darkens and enhances photos."""

@@ -8,7 +8,6 @@ import torch
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
-from torch import Tensor
 
 from diffnav.data.queries.query import Query
 from diffnav.evaluation.match_figure import draw_matches
@@ -16,7 +15,7 @@ from diffnav.evaluation.navigation.records import NavigationRecord
 from diffnav.evaluation.navigation.searcher import Searcher
 from diffnav.evaluation.navigation.trial import Trial
 from diffnav.geometry.georeference import ground_sample_distance_m
-from diffnav.images import resize, to_uint8
+from diffnav.images import shrink, to_uint8
 from diffnav.matching.verification import verify
 from diffnav.navigation.ground import Ground
 from diffnav.navigation.mosaic import ground_picture
@@ -80,7 +79,7 @@ def _draw(
     pixel_m = float(ground_sample_distance_m(trial.maps[0].georeference))
     picture = prepared.image if prepared.image is not None else torch.zeros(3, 64, 64)
     width_m = picture.shape[2] * (query.ground_sample_distance_m or fix.ground_sample_distance_m or pixel_m)
-    picture = _shrunk(picture, searcher.search.longest_side)
+    picture = shrink(picture, searcher.search.longest_side)
     pixel_m = max(pixel_m, 2 * _AROUND * width_m / _PIXELS)
     side = round(2 * _AROUND * width_m / pixel_m)
     corner = Ground(place, 1.0).latlon(np.array([[-_AROUND * width_m, -_AROUND * width_m]]))[0]
@@ -97,13 +96,6 @@ def _draw(
     _mark(right, record, query.truth, ground, side)
     for axis in (left, middle, right):
         axis.set_axis_off()
-
-
-def _shrunk(picture: Tensor, longest_side: int) -> Tensor:
-    """The picture (3, h, w) as large as it is searched for."""
-    share = longest_side / max(picture.shape[1:])
-    size = (max(1, round(picture.shape[1] * share)), max(1, round(picture.shape[2] * share)))
-    return picture if share >= 1 else resize(picture, size)
 
 
 def _mark(axis: Axes, record: NavigationRecord, truth: tuple[float, float], ground: Ground, side: int) -> None:

@@ -14,7 +14,6 @@ from diffnav.data.driving.driving_set import DrivingSet
 from diffnav.data.pair_source import PairSource
 from diffnav.data.pairs import photo_seed
 from diffnav.driving.shortlist import picture_descriptor
-from diffnav.enhancers.gamma_blind import GammaBlind
 from diffnav.enhancers.input import Input
 from diffnav.enhancers.normal import Normal
 from diffnav.errors import UserError
@@ -24,18 +23,6 @@ from diffnav.images import resize, write_image
 from diffnav.matching.matches import Features, Matches
 from diffnav.matching.sift import Sift
 from diffnav.matching.verification import verify
-
-
-@pytest.fixture(scope="module")
-def drive() -> DrivingSet:
-    return noise_drive(4)
-
-
-@pytest.fixture(scope="module")
-def task(drive: DrivingSet) -> DriveTest:
-    """The dark picture, brightened and by daylight, with two matchers."""
-    rows = methods(input=Input(), gamma_blind=GammaBlind(), normal=Normal())
-    return drive_test(drive, rows, [gms(threshold_factor=2.0), NamedMatcher("sift", Sift(features=80))])
 
 
 def dark(task: DriveTest, number: int) -> tuple[Tensor, float]:

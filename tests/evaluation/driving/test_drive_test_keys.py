@@ -8,25 +8,9 @@ import pytest
 from driving_stubs import Brighten, answers, drive_test, gms, methods, noise_drive
 
 from diffnav.data.driving.driving_set import DrivingSet
-from diffnav.enhancers.gamma_blind import GammaBlind
 from diffnav.enhancers.input import Input
-from diffnav.enhancers.normal import Normal
-from diffnav.evaluation.contest import NamedMatcher
 from diffnav.evaluation.driving.drive_test import DriveTest
 from diffnav.evaluation.predictions import PredictionCache
-from diffnav.matching.sift import Sift
-
-
-@pytest.fixture(scope="module")
-def drive() -> DrivingSet:
-    return noise_drive(4)
-
-
-@pytest.fixture(scope="module")
-def task(drive: DrivingSet) -> DriveTest:
-    """The dark picture, brightened and by daylight, with two matchers."""
-    rows = methods(input=Input(), gamma_blind=GammaBlind(), normal=Normal())
-    return drive_test(drive, rows, [gms(threshold_factor=2.0), NamedMatcher("sift", Sift(features=80))])
 
 
 def test_what_is_known_is_not_made_again(task: DriveTest) -> None:

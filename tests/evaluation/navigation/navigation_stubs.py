@@ -5,8 +5,8 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from made_noise import noise
 from torch import Tensor, nn
-from torch.nn.functional import avg_pool2d
 
 from diffnav.data.maps.geo_map import GeoMap
 from diffnav.data.queries.query import Query
@@ -25,17 +25,6 @@ from diffnav.navigation.prior import Prior
 TRUTH = (47.0, 8.0)
 # Of a sphere of 6,371,008.8 m: one degree of latitude.
 DEGREE_M = 111_195.0797
-
-
-def noise(size: tuple[int, int], seed: int) -> Tensor:
-    """(3, h, w) in [0, 1]: noise at four scales, with something to detect everywhere."""
-    dice = torch.Generator().manual_seed(seed)
-    layers = [
-        avg_pool2d(torch.rand(3, size[0] + 2 * r, size[1] + 2 * r, generator=dice), 2 * r + 1, stride=1) * (2 * r + 1)
-        for r in (1, 2, 4, 8)
-    ]
-    image = torch.stack(layers).sum(0)
-    return (image - image.min()) / (image.max() - image.min())
 
 
 def north_of(place: tuple[float, float], distance_m: float) -> tuple[float, float]:

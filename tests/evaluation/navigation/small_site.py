@@ -4,7 +4,7 @@ import csv
 import json
 from pathlib import Path
 
-from navigation_stubs import noise
+from made_noise import noise
 from torch import Tensor
 
 from diffnav.images import write_image

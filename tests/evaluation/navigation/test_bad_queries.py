@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from navigation_stubs import noise
+from made_noise import noise
 from PIL import Image
 from small_site import Site, quoted, summary, table
 

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 import torch
-from navigation_stubs import noise, photo_query, stub_map
+from made_noise import noise
+from navigation_stubs import photo_query, stub_map
 from torch import Tensor
 
 from diffnav.darkness import DarknessModel

@@ -6,7 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from navigation_stubs import methods, noise, trial
+from made_noise import noise
+from navigation_stubs import methods, trial
 from PIL import Image
 
 from diffnav.darkness import DarknessModel

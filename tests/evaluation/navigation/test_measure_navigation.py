@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 import torch
-from navigation_stubs import StubSearcher, methods, noise, photo_query, trial
+from made_noise import noise
+from navigation_stubs import StubSearcher, methods, photo_query, trial
 from torch import nn
 
 from diffnav.data.maps.opening import open_maps

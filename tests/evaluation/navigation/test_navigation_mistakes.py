@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 import torch
-from navigation_stubs import noise
+from made_noise import noise
 from small_site import BOUNDS, Site, bounds, quoted
 
 HEAD = "Filename,Top_left_lat,Top_left_lon,Bottom_right_lat,Bottom_right_long"

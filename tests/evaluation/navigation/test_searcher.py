@@ -2,7 +2,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from navigation_stubs import noise
+from made_noise import noise
 
 from diffnav.data.maps.geo_map import GeoMap
 from diffnav.data.maps.opening import open_maps

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 import torch
-from navigation_stubs import Brighten, StubSearcher, answers, methods, noise, photo_query, stub_map, trial
+from made_noise import noise
+from navigation_stubs import Brighten, StubSearcher, answers, methods, photo_query, stub_map, trial
 from torch import Tensor
 
 from diffnav.darkness import DarknessModel

@@ -5,7 +5,8 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from navigation_stubs import StubSearcher, methods, noise, photo_query, stub_map, trial
+from made_noise import noise
+from navigation_stubs import StubSearcher, methods, photo_query, stub_map, trial
 
 from diffnav.data.queries.darkened import darkened
 from diffnav.data.queries.query import Query
