@@ -3,6 +3,7 @@
 import json
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -84,20 +85,9 @@ def localise(
 
 
 @pytest.fixture
-def mistake(localise: Localise, capsys: pytest.CaptureFixture[str]) -> Callable[..., str]:
+def mistake(localise: Localise, refusal: Callable[..., str]) -> Callable[..., str]:
     """Run the command, which must end with exit code 2; its sentence."""
-
-    def run(**settings: Any) -> str:
-        with pytest.raises(SystemExit) as left:
-            localise(**settings)
-        assert left.value.code == 2
-        error = capsys.readouterr().err.replace("\r", "\n")
-        assert "Traceback" not in error
-        (sentence,) = [line for line in error.splitlines() if line.startswith("error: ")]
-        assert error.rstrip().endswith(sentence)
-        return sentence
-
-    return run
+    return partial(refusal, localise)
 
 
 @pytest.fixture

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -56,17 +57,6 @@ def locate(
 
 
 @pytest.fixture
-def mistake(locate: Locate, capsys: pytest.CaptureFixture[str]) -> Locate:
+def mistake(locate: Locate, refusal: Callable[..., str]) -> Locate:
     """Run the command, which must end with exit code 2; its sentence."""
-
-    def run(*arguments: str, **settings: Any) -> str:
-        with pytest.raises(SystemExit) as left:
-            locate(*arguments, **settings)
-        assert left.value.code == 2
-        error = capsys.readouterr().err.replace("\r", "\n")
-        assert "Traceback" not in error
-        (sentence,) = [line for line in error.splitlines() if line.startswith("error: ")]
-        assert error.rstrip().endswith(sentence)
-        return sentence
-
-    return run
+    return partial(refusal, locate)
